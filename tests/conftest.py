@@ -1,0 +1,20 @@
+"""What every test may use."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """The folder of real maps, vectors and judged queries; the test is skipped where there is none."""
+    folder = os.environ.get("CGDB_TEST_DATA")
+    if not folder:
+        pytest.skip("CGDB_TEST_DATA is not set: this test needs the real maps")
+    path = Path(folder).resolve()
+    if not path.is_dir():
+        pytest.fail(f"CGDB_TEST_DATA names no folder: {path}")
+    return path
