@@ -1,0 +1,164 @@
+"""cgdb's own scene JSON: a whole scene graph as text, without loss; the same scene gives the same bytes.
+
+The layout is for people and for diffs: one object, place or relation per line, fields that are None left out, mappings
+in the order of their keys. Floats are written so that they read back bit by bit. A feature vector or point cloud is a
+plain list while it is short, and above that ``{"dtype": "<f4", "shape": [512], "data": base64}`` of its little-endian
+bytes.
+``cgdb.ingest.scene_json`` reads it.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.errors import ExportError
+from cgdb.scene import Place, Relation, SceneGraph, SceneObject
+
+VERSION = 1
+LONGEST_LIST = 16
+"""Arrays of up to this many numbers are written as a list, which a person can read and edit; longer ones as bytes."""
+
+_LONE_SURROGATE = re.compile("[\ud800-\udfff]")
+
+
+def lines(scene: SceneGraph) -> Iterator[str]:
+    """The document in pieces, each ending with a line break, so that a large scene need not be one text in memory."""
+    yield "{\n"
+    yield f'"cgdb_scene": {VERSION},\n'
+    for key in ("name", "frame", "up"):
+        yield f'"{key}": {_dump(getattr(scene, key), f"the {key}")},\n'
+    spaces = (_present(name=s.name, dimension=s.dimension, encoder=s.encoder) for s in scene.spaces)
+    yield from _array("spaces", spaces, ",")
+    yield f'"provenance": {_dump(_json_value(scene.provenance, "the provenance"), "the provenance")},\n'
+    yield from _array("objects", map(_object, scene.objects), ",")
+    yield from _array("places", map(_place, scene.places), ",")
+    yield from _array("relations", map(_relation, scene.relations), "")
+    yield "}\n"
+
+
+def dumps(scene: SceneGraph) -> str:
+    """The document as one text."""
+    return "".join(lines(scene))
+
+
+def _array(key: str, records: Iterable[dict[str, Any]], end: str) -> Iterator[str]:
+    before = f'"{key}": ['
+    separator = "\n"
+    for record in records:
+        yield before + separator + "  " + _dump(record, f"{key[:-1]} #{record.get('id', record.get('name', ''))}")
+        before, separator = "", ",\n"
+    yield (f"{before}]" if before else "\n]") + end + "\n"
+
+
+def _object(obj: SceneObject) -> dict[str, Any]:
+    where = f"object #{obj.id}"
+    return _present(
+        id=obj.id,
+        tag=obj.tag,
+        tags=list(obj.tags) or None,
+        caption=obj.caption,
+        center=_floats(obj.center),
+        extent=_floats(obj.extent),
+        rotation=_floats(obj.rotation),
+        n_observations=None if obj.n_observations is None else int(obj.n_observations),
+        confidence=None if obj.confidence is None else float(obj.confidence),
+        properties=_properties(obj.properties, where),
+        features={space: _encoded(obj.features[space], "<f4") for space in sorted(obj.features)} or None,
+        points=None if obj.points is None else _encoded(obj.points, "<f4"),
+        colors=None if obj.colors is None else _encoded(obj.colors, "|u1"),
+    )
+
+
+def _place(place: Place) -> dict[str, Any]:
+    return _present(
+        id=place.id,
+        kind=place.kind,
+        name=place.name,
+        center=_floats(place.center),
+        extent=_floats(place.extent),
+        properties=_properties(place.properties, f"place #{place.id}"),
+    )
+
+
+def _relation(relation: Relation) -> dict[str, Any]:
+    return _present(
+        source=relation.source,
+        label=relation.label,
+        target=relation.target,
+        confidence=float(relation.confidence),
+        origin=relation.origin,
+        explanation=relation.explanation,
+    )
+
+
+def _present(**fields: Any) -> dict[str, Any]:
+    return {key: value for key, value in fields.items() if value is not None}
+
+
+def _floats(array: NDArray[np.float64] | None) -> Any:
+    return None if array is None else array.astype(np.float64).tolist()
+
+
+def _properties(properties: Mapping[str, Any], where: str) -> Any:
+    return _json_value(properties, f"the properties of {where}") or None
+
+
+def _encoded(array: NDArray[Any], dtype: str) -> Any:
+    """The array as a list, or as its bytes where it is long or empty (an empty list would lose its shape)."""
+    array = np.ascontiguousarray(array, dtype=dtype)
+    if 0 < array.size <= LONGEST_LIST:
+        return _short(array)
+    return {"dtype": dtype, "shape": list(array.shape), "data": base64.b64encode(array.tobytes()).decode("ascii")}
+
+
+def _short(array: NDArray[Any]) -> Any:
+    if array.ndim > 1:
+        return [_short(row) for row in array]
+    if array.dtype.kind != "f":
+        return array.tolist()
+    return [_shortest(number) for number in array]
+
+
+def _shortest(number: np.float32) -> float:
+    """A double that prints short and is this float32 again when rounded: 0.1, not 0.10000000149011612."""
+    short = float(str(number))
+    # The detour over a double may round twice; where that shows, the exact value is written.
+    return short if np.float32(short) == number else float(number)
+
+
+def _json_value(value: Any, where: str) -> Any:
+    """The value as JSON has it, mappings sorted; ExportError where JSON would change it or has no such thing."""
+    if value is None or isinstance(value, (bool, str, int)):
+        return value
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ExportError(f"{where} hold {value}, which JSON cannot say")
+        return value
+    if isinstance(value, (list, tuple)):
+        return [_json_value(item, where) for item in value]
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise ExportError(f"{where} have the key {key!r}: keys must be text")
+        return {key: _json_value(value[key], where) for key in sorted(value)}
+    raise ExportError(
+        f"{where} hold a value of type {type(value).__name__}, which JSON has not",
+        hint="keep text, numbers, true/false, lists and mappings only",
+    )
+
+
+def _dump(value: Any, where: str) -> str:
+    try:
+        text = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    except (ValueError, TypeError) as error:
+        raise ExportError(f"{where} cannot be written as JSON: {error}") from error
+    # Half a surrogate pair, as broken captions have it, is no UTF-8; its escape is valid JSON.
+    return _LONE_SURROGATE.sub(lambda found: f"\\u{ord(found.group()):04x}", text)
