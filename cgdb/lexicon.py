@@ -1,0 +1,78 @@
+"""English word lists that the shallow parse of captions and questions goes by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+FUNCTION_WORDS = _words(
+    """a an the this that these those it its it's he she they them their his her my your our me you i we us one ones
+    some any each every either both all is are was were be been being am do does did done has have had having can
+    could may might must shall should will would and or nor but if than then so as too very quite rather really just
+    only also even still there here where when who whom which what whose how why to of in on at by for from with
+    without within into onto upon over under above below behind beside besides between among near next through
+    across along around about against off out up down not no yes other another else such same like unlike except
+    instead something anything somewhere anywhere someone anyone somebody anybody thing things object objects item
+    items stuff kind kinds type types sort sorts piece pieces example use used using want wants need needs get gets
+    find finds found make makes let lets please show give tell me place places area spot located possibly likely
+    probably maybe perhaps appears seems contains containing visible seen image view background front top bottom
+    side left right middle center centre corner part lot lots many much more most few several two three four five
+    six seven eight nine ten first second third someone's s t d ll re ve m"""
+)
+COMMON_WORDS = _words(
+    """room wall floor ceiling house home indoor inside outside white black grey gray brown red blue green yellow
+    orange pink purple beige cream tan silver gold dark light bright color colored colour coloured large big small
+    little tiny huge long short tall wide narrow round square rectangular thick thin flat new old good nice
+    made set open closed empty full hang hanging mount mounted sit sitting stand standing lie lying put take go come
+    hold keep look day time way person people man woman wood wooden metal plastic glass surface pattern patterned
+    decorative modern simple plain comfortable different various"""
+)
+ADJECTIVES = _words(
+    """white black grey gray brown red blue green yellow orange pink purple beige cream tan silver gold golden dark
+    light bright large big small little tiny huge long short tall wide narrow round square rectangular circular oval
+    cylindrical thick thin flat new old wooden metallic soft hard rigid heavy empty full open closed lit striped
+    patterned floral decorative modern plain solid transparent rectangle shaped colored coloured upholstered horizontal
+    vertical comfortable cozy clean dirty electric electrical stainless"""
+)
+RELATION_WORDS = _words(
+    """on in at by under underneath beneath above below over behind beside between among near next against along
+    around across inside outside within onto upon into through from for with without in-between adjacent atop that
+    which who where while when because containing holding showing depicting featuring covering attached located
+    placed positioned situated mounted hanging sitting standing lying leaning resting surrounded connected filled
+    covered decorated sits stands lies hangs rests leans has have having is are was were can could to as facing
+    beneath toward towards off up down seen likely possibly probably potentially either used made"""
+)
+PARTITIVES = _words(
+    """corner base part piece pair set bunch stack pile group row one end side edge top bottom front back view kind
+    type sort section portion bit couple number lot collection half rest variety series cluster close-up closeup some
+    two three four five six seven eight nine ten many several most all both each roll sheet bar slice"""
+)
+GENERIC_HEADS = _words(
+    """something anything somewhere anywhere thing things object objects item items stuff place places area spot
+    someone anyone what where which who how i you we find show give get"""
+)
+NOUNS_TOO = _words("light square orange gold silver cream solid circular electric open")
+"""Adjectives that are the noun where they end the phrase: "ceiling light"."""
+DEPICTIONS = _words(
+    """picture photo photograph photography painting drawing image print poster portrait illustration sketch view
+    mural sculpture statue figurine model toy"""
+)
+"""What shows a thing and is none: "a photo of a boat"."""
+DETERMINERS = _words("a an the this that these those its his her their my your our some any another")
+PRONOUNS = _words("it this that these those they he she there its it's they're")
+IRREGULAR: Mapping[str, str] = {
+    "shelves": "shelf", "knives": "knife", "wolves": "wolf", "leaves": "leaf", "loaves": "loaf", "scarves": "scarf",
+    "halves": "half", "lives": "life", "wives": "wife", "calves": "calf", "feet": "foot", "teeth": "tooth",
+    "geese": "goose", "mice": "mouse", "men": "man", "women": "woman", "children": "child", "people": "person",
+    "dice": "die", "oxen": "ox", "sheep": "sheep", "series": "series", "species": "species", "tv": "television",
+    "tvs": "television", "fridge": "refrigerator", "fridges": "refrigerator", "sofas": "sofa", "photo": "photograph",
+    "photos": "photograph", "grey": "gray", "colour": "color", "colours": "color", "coloured": "color",
+    "centre": "center",
+    "worn": "wear", "wore": "wear", "sat": "sit", "held": "hold", "kept": "keep", "drunk": "drink", "drank": "drink",
+    "ate": "eat", "eaten": "eat", "lit": "light", "slept": "sleep", "wrote": "write", "written": "write",
+    "bus": "bus", "gas": "gas", "lens": "lens", "always": "always", "this": "this", "scissors": "scissor",
+}  # fmt: skip

@@ -1,0 +1,227 @@
+"""The texts of a scene: which strings stand for which object, each distinct string kept once.
+
+Ten thousand chairs with one tag have one text: it is encoded once, matched once, and spread over its objects.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.errors import CorruptionError
+from cgdb.words import WordIndex, pack_strings, parse, unpack_strings
+
+FORMAT = 1
+"""Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
+
+MOST_TEXT_PROPERTIES = 32
+"""Text-valued properties of one object that are read; the rest would be data, not description."""
+
+
+class Node(Protocol):
+    """What the index reads of a node; the ledger's rows have it."""
+
+    @property
+    def key(self) -> int: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def tag(self) -> str | None: ...
+    @property
+    def tags(self) -> tuple[str, ...]: ...
+    @property
+    def caption(self) -> str | None: ...
+    @property
+    def properties(self) -> Mapping[str, object]: ...
+
+
+class Source(IntEnum):
+    """Where a text of an object comes from."""
+
+    NAME = 0
+    """The tag, or a place's name and kind: what the map calls it."""
+    HEAD = 1
+    """The head phrase of the caption: what the caption says it is."""
+    CAPTION = 2
+    """The whole caption."""
+    TAGS = 3
+    """The other tags that were possible; half of them name things nearby."""
+    PROPERTY = 4
+    """A text-valued property: a material, a state, an affordance."""
+
+
+WORD_WEIGHT: Mapping[Source, float] = {
+    Source.NAME: 1.0,
+    Source.HEAD: 0.0,
+    Source.CAPTION: 1.0,
+    Source.TAGS: 0.35,
+    Source.PROPERTY: 0.9,
+}
+"""How far a source is believed when its words match. Head phrases are part of the captions, which are indexed."""
+
+ENCODED = frozenset({Source.NAME, Source.HEAD, Source.CAPTION, Source.PROPERTY})
+"""Sources whose texts are worth a vector: possible tags are noise by the dozen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TextIndex:
+    """All texts of one scene and the words in them.
+
+    keys: (n,) int64 ascending, every node. texts: distinct strings; the first n_encoded of them are to be given
+    vectors. indptr: (n + 1,) int64, text_ids: (e,) int32, sources: (e,) uint8: node row i has the texts
+    ``text_ids[indptr[i]:indptr[i + 1]]`` from ``sources`` (values of Source).
+    """
+
+    keys: NDArray[np.int64]
+    texts: tuple[str, ...]
+    n_encoded: int
+    indptr: NDArray[np.int64]
+    text_ids: NDArray[np.int32]
+    sources: NDArray[np.uint8]
+    words: WordIndex
+
+    @classmethod
+    def build(cls, nodes: Iterable[Node]) -> TextIndex:
+        """Collect the texts of all nodes, in the order of their keys."""
+        ordered = sorted(nodes, key=lambda node: node.key)
+        numbers: dict[str, int] = {}
+        encoded: dict[str, None] = {}
+        entries: list[int] = []
+        sources: list[int] = []
+        indptr = np.zeros(len(ordered) + 1, dtype=np.int64)
+        for row, node in enumerate(ordered):
+            for source, text in dict.fromkeys(texts_of(node)):
+                if source in ENCODED:
+                    encoded.setdefault(text)
+                entries.append(numbers.setdefault(text, len(numbers)))
+                sources.append(source)
+            indptr[row + 1] = len(entries)
+        texts = (*encoded, *(text for text in numbers if text not in encoded))
+        place = np.zeros(len(texts), dtype=np.int32)
+        for new, text in enumerate(texts):
+            place[numbers[text]] = new
+        text_ids = place[np.asarray(entries, dtype=np.int64)].astype(np.int32)
+        source_of = np.asarray(sources, dtype=np.uint8)
+        return cls(
+            keys=np.asarray([node.key for node in ordered], dtype=np.int64),
+            texts=texts,
+            n_encoded=len(encoded),
+            indptr=indptr,
+            text_ids=text_ids,
+            sources=source_of,
+            words=_word_index(texts, indptr, text_ids, source_of),
+        )
+
+    def rows_of_entries(self) -> NDArray[np.int32]:
+        """(e,) int32: the node row of each entry of text_ids."""
+        return np.repeat(np.arange(len(self.keys), dtype=np.int32), np.diff(self.indptr))
+
+    def texts_of_row(self, row: int) -> list[tuple[Source, str]]:
+        """The texts of one node row, with their sources."""
+        span = slice(int(self.indptr[row]), int(self.indptr[row + 1]))
+        found = zip(self.sources[span].tolist(), self.text_ids[span].tolist(), strict=True)
+        return [(Source(source), self.texts[text]) for source, text in found]
+
+    def save(self, path: Path) -> None:
+        """Write the index to one .npz file without pickles."""
+        arrays: dict[str, NDArray[Any]] = {
+            "format": np.asarray([FORMAT], dtype=np.int64),
+            "keys": self.keys,
+            "texts": pack_strings(self.texts),
+            "n_encoded": np.asarray([self.n_encoded], dtype=np.int64),
+            "indptr": self.indptr,
+            "text_ids": self.text_ids,
+            "sources": self.sources,
+            **self.words.arrays(),
+        }
+        with path.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+    @classmethod
+    def open(cls, path: Path) -> TextIndex:
+        """Read the file that save() wrote. CorruptionError where it is none, is cut short, or is of another format."""
+        try:
+            with np.load(path, allow_pickle=False) as arrays:
+                if int(arrays["format"][0]) != FORMAT:
+                    raise ValueError(f"it is of format {int(arrays['format'][0])}, expected {FORMAT}")
+                index = cls(
+                    keys=arrays["keys"].astype(np.int64),
+                    texts=tuple(unpack_strings(arrays["texts"])),
+                    n_encoded=int(arrays["n_encoded"][0]),
+                    indptr=arrays["indptr"].astype(np.int64),
+                    text_ids=arrays["text_ids"].astype(np.int32),
+                    sources=arrays["sources"].astype(np.uint8),
+                    words=WordIndex.from_arrays(arrays),
+                )
+            index._check()
+        except FileNotFoundError:
+            raise
+        except (OSError, ValueError, KeyError, IndexError, EOFError, zipfile.BadZipFile) as error:
+            raise CorruptionError(
+                f"the text index {path.name} cannot be read: {error}", hint="delete the file; it is rebuilt"
+            ) from error
+        return index
+
+    def _check(self) -> None:
+        n, entries = len(self.keys), len(self.text_ids)
+        if (np.diff(self.keys) <= 0).any():
+            raise ValueError("keys are not ascending")
+        if len(self.indptr) != n + 1 or int(self.indptr[0]) != 0 or int(self.indptr[-1]) != entries:
+            raise ValueError("row pointers do not fit the entries")
+        if (np.diff(self.indptr) < 0).any() or len(self.sources) != entries or self.words.n != n:
+            raise ValueError("arrays do not fit together")
+        if not 0 <= self.n_encoded <= len(self.texts):
+            raise ValueError("more texts to encode than there are")
+        if entries and (int(self.text_ids.min()) < 0 or int(self.text_ids.max()) >= len(self.texts)):
+            raise ValueError("an entry points outside the texts")
+        if entries and int(self.sources.max()) > max(Source):
+            raise ValueError("an entry has an unknown source")
+
+
+def texts_of(node: Node) -> list[tuple[Source, str]]:
+    """The strings that stand for a node, best first; empty ones are left out."""
+    found: list[tuple[Source, str]] = []
+
+    def add(source: Source, value: object) -> None:
+        if isinstance(value, str):
+            text = " ".join(value.split())
+            if text:
+                found.append((source, text))
+
+    add(Source.NAME, node.tag)
+    if node.label and node.label != "Object":
+        add(Source.NAME, node.properties.get("name"))
+        add(Source.NAME, node.label)
+    if node.caption:
+        for phrase in parse(node.caption).heads:
+            add(Source.HEAD, phrase)
+        add(Source.CAPTION, node.caption)
+    for tag in node.tags:
+        if tag != node.tag:
+            add(Source.TAGS, tag)
+    for name, value in list(node.properties.items())[:MOST_TEXT_PROPERTIES]:
+        if value is True:
+            add(Source.PROPERTY, name.replace("_", " ").casefold())
+            continue
+        for item in value if isinstance(value, tuple) else (value,):
+            if isinstance(item, str) and item.isupper() and "_" in item:
+                item = item.replace("_", " ").casefold()
+            add(Source.PROPERTY, item)
+    return found
+
+
+def _word_index(
+    texts: tuple[str, ...], indptr: NDArray[np.int64], text_ids: NDArray[np.int32], sources: NDArray[np.uint8]
+) -> WordIndex:
+    weight_by_source = np.asarray([WORD_WEIGHT[source] for source in Source], dtype=np.float32)
+    weights = weight_by_source[sources]
+    rows = np.repeat(np.arange(len(indptr) - 1, dtype=np.int32), np.diff(indptr))
+    used = weights > 0
+    return WordIndex.build(texts, n=len(indptr) - 1, text_of=text_ids[used], row_of=rows[used], weight_of=weights[used])
