@@ -10,50 +10,44 @@ bytes.
 from __future__ import annotations
 
 import base64
-import json
-import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.errors import ExportError
+from cgdb.export_document import Document, json_text, json_value
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject
 
 VERSION = 1
 LONGEST_LIST = 16
 """Arrays of up to this many numbers are written as a list, which a person can read and edit; longer ones as bytes."""
 
-_LONE_SURROGATE = re.compile("[\ud800-\udfff]")
+
+def scene_json(scene: SceneGraph) -> Document:
+    """The scene as cgdb scene JSON. Nothing is left out."""
+    return Document(pieces=_lines(scene))
 
 
-def lines(scene: SceneGraph) -> Iterator[str]:
-    """The document in pieces, each ending with a line break, so that a large scene need not be one text in memory."""
+def _lines(scene: SceneGraph) -> Iterator[str]:
     yield "{\n"
     yield f'"cgdb_scene": {VERSION},\n'
     for key in ("name", "frame", "up"):
-        yield f'"{key}": {_dump(getattr(scene, key), f"the {key}")},\n'
+        yield f'"{key}": {json_text(getattr(scene, key), f"the {key}")},\n'
     spaces = (_present(name=s.name, dimension=s.dimension, encoder=s.encoder) for s in scene.spaces)
     yield from _array("spaces", spaces, ",")
-    yield f'"provenance": {_dump(_json_value(scene.provenance, "the provenance"), "the provenance")},\n'
+    yield f'"provenance": {json_text(json_value(scene.provenance, "the provenance"), "the provenance")},\n'
     yield from _array("objects", map(_object, scene.objects), ",")
     yield from _array("places", map(_place, scene.places), ",")
     yield from _array("relations", map(_relation, scene.relations), "")
     yield "}\n"
 
 
-def dumps(scene: SceneGraph) -> str:
-    """The document as one text."""
-    return "".join(lines(scene))
-
-
 def _array(key: str, records: Iterable[dict[str, Any]], end: str) -> Iterator[str]:
     before = f'"{key}": ['
     separator = "\n"
     for record in records:
-        yield before + separator + "  " + _dump(record, f"{key[:-1]} #{record.get('id', record.get('name', ''))}")
+        yield before + separator + "  " + json_text(record, f"{key[:-1]} #{record.get('id', record.get('name', ''))}")
         before, separator = "", ",\n"
     yield (f"{before}]" if before else "\n]") + end + "\n"
 
@@ -108,7 +102,7 @@ def _floats(array: NDArray[np.float64] | None) -> Any:
 
 
 def _properties(properties: Mapping[str, Any], where: str) -> Any:
-    return _json_value(properties, f"the properties of {where}") or None
+    return json_value(properties, f"the properties of {where}") or None
 
 
 def _encoded(array: NDArray[Any], dtype: str) -> Any:
@@ -132,33 +126,3 @@ def _shortest(number: np.float32) -> float:
     short = float(str(number))
     # The detour over a double may round twice; where that shows, the exact value is written.
     return short if np.float32(short) == number else float(number)
-
-
-def _json_value(value: Any, where: str) -> Any:
-    """The value as JSON has it, mappings sorted; ExportError where JSON would change it or has no such thing."""
-    if value is None or isinstance(value, (bool, str, int)):
-        return value
-    if isinstance(value, float):
-        if not math.isfinite(value):
-            raise ExportError(f"{where} hold {value}, which JSON cannot say")
-        return value
-    if isinstance(value, (list, tuple)):
-        return [_json_value(item, where) for item in value]
-    if isinstance(value, Mapping):
-        for key in value:
-            if not isinstance(key, str):
-                raise ExportError(f"{where} have the key {key!r}: keys must be text")
-        return {key: _json_value(value[key], where) for key in sorted(value)}
-    raise ExportError(
-        f"{where} hold a value of type {type(value).__name__}, which JSON has not",
-        hint="keep text, numbers, true/false, lists and mappings only",
-    )
-
-
-def _dump(value: Any, where: str) -> str:
-    try:
-        text = json.dumps(value, ensure_ascii=False, allow_nan=False)
-    except (ValueError, TypeError) as error:
-        raise ExportError(f"{where} cannot be written as JSON: {error}") from error
-    # Half a surrogate pair, as broken captions have it, is no UTF-8; its escape is valid JSON.
-    return _LONE_SURROGATE.sub(lambda found: f"\\u{ord(found.group()):04x}", text)

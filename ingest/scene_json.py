@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError, SceneError, did_you_mean, one_of
+from cgdb.ingest.source import Source
 from cgdb.scene import (
     FeatureSpace,
     ObjectId,
@@ -31,8 +31,6 @@ from cgdb.scene import (
 )
 
 VERSION = 1
-LARGEST_FILE = 8 * 2**30
-"""Bytes. Text that is parsed as a whole takes several times its size in memory."""
 
 _SCENE = ("cgdb_scene", "name", "frame", "up", "spaces", "provenance", "objects", "places", "relations")
 _SPACE = ("name", "dimension", "encoder")
@@ -52,20 +50,9 @@ def matches(sniffed: object) -> bool:
 def read(path: Path, name: str | None = None) -> SceneGraph:
     """The checked scene of the file, under the name given or else its own; FormatError or SceneError names the file."""
     try:
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            raise FormatError(f"{path}: {size} bytes are more than the {LARGEST_FILE} that a scene JSON may have")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{path}: is not UTF-8 text (byte {error.start})") from error
-    try:
-        document = json.loads(text, parse_constant=_no_constant)
-    except RecursionError as error:
-        raise FormatError(f"{path}: is nested too deep to be a scene") from error
-    except ValueError as error:
-        raise FormatError(f"{path}: is not JSON: {error}") from error
+        document = Source(path).value()
+    except FormatError as error:
+        raise FormatError(f"{path}: {error.message}", hint=error.hint) from error
     return from_document(document, name, source=str(path))
 
 
@@ -289,7 +276,7 @@ def _array(record: dict[str, Any], key: str, where: str, dtype: str, shape: tupl
     where = f"{where} '{key}'" if where.endswith("feature") else f"{where}: '{key}'"
     if isinstance(value, list):
         numbers = _listed(value, where, shape, _byte if dtype == "|u1" else _finite)
-        sides = [len(value), *shape[1:]]  # an empty list has its sides too
+        sides: list[Any] = [len(value), *shape[1:]]  # an empty list has its sides too
         with np.errstate(over="ignore"):  # a number too large for float32 turns infinite; check_scene refuses it
             return np.array(numbers, dtype=np.float64).reshape(sides).astype(np.dtype(dtype).newbyteorder("="))
     if isinstance(value, dict):
@@ -343,10 +330,6 @@ def _check_finite(value: object, where: str) -> None:
     if isinstance(value, (dict, list)):
         for item in value.values() if isinstance(value, dict) else value:
             _check_finite(item, where)
-
-
-def _no_constant(constant: str) -> None:
-    raise ValueError(f"{constant} is no JSON number")
 
 
 def _shown(value: object) -> str:
