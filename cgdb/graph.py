@@ -1,0 +1,301 @@
+"""The graph index: one scene at one revision as an immutable file of the graph engine, for traversal by Cypher.
+
+Node(key, id, label, tag, caption, confidence, n_observations, cx, cy, cz, ex, ey, ez, p_*) and Rel(label, confidence,
+origin, explanation). Scalars only: vectors and point clouds have places of their own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import math
+import re
+import secrets
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.engine import Engine, Store, engine
+from cgdb.errors import ExecuteError
+
+if TYPE_CHECKING:
+    from cgdb.ledger import NodeRow, RelationRow
+
+COLUMN_TYPES = ("DOUBLE", "BOOL", "STRING", "STRING[]")
+_FIXED = {
+    "key": "INT64",
+    "id": "STRING",
+    "label": "STRING",
+    "tag": "STRING",
+    "caption": "STRING",
+    "confidence": "DOUBLE",
+    "n_observations": "INT64",
+    **dict.fromkeys(("cx", "cy", "cz", "ex", "ey", "ez"), "DOUBLE"),
+}
+_RELATION = {
+    "source": "INT64",
+    "target": "INT64",
+    "label": "STRING",
+    "confidence": "DOUBLE",
+    "origin": "STRING",
+    "explanation": "STRING",
+}
+_INTEGERS = ("INT64", "INT32", "INT16", "INT8", "UINT32", "UINT16", "UINT8")
+_PLAIN = re.compile(r"[a-z_][a-z0-9_]{0,40}")
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+Column: TypeAlias = "NDArray[np.int64] | NDArray[np.float64] | NDArray[np.bool_] | list[Any]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """An answer by columns: int64, float64 (NULL is nan) or bool arrays (n,) where the type allows, else lists."""
+
+    columns: tuple[str, ...]
+    data: tuple[Column, ...]
+
+    def __len__(self) -> int:
+        return len(self.data[0]) if self.data else 0
+
+    def __getitem__(self, name: str) -> Column:
+        return self.data[self.columns.index(name)]
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """The rows as tuples of plain Python values."""
+        return zip(*(c.tolist() if isinstance(c, np.ndarray) else c for c in self.data), strict=True)
+
+
+def property_column(name: str) -> str:
+    """The column that holds the property: ``p_`` and its name, or a digest where the name is no plain lower-case word.
+
+    The engine's names ignore case and forbid some characters; properties are named by strangers.
+    """
+    if _PLAIN.fullmatch(name):
+        return f"p_{name}"
+    return "p__" + hashlib.blake2b(name.encode("utf-8", "replace"), digest_size=8).hexdigest()
+
+
+class GraphIndex:
+    """An open graph index. Any number of threads and processes read one file."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    @staticmethod
+    def kind(chosen: Engine | None = None) -> str:
+        """What the files of this engine and file format are called: another engine's files are other files."""
+        chosen = chosen or engine()
+        return f"graph-{chosen.name}-{chosen.storage}"
+
+    @classmethod
+    def open(cls, path: Path) -> GraphIndex:
+        """Open a built index for reading."""
+        return cls(engine().open(path, read_only=True))
+
+    @classmethod
+    def build(
+        cls,
+        path: Path,
+        nodes: Iterator[list[NodeRow]],
+        relations: Iterator[list[RelationRow]],
+        columns: Mapping[str, str],
+    ) -> dict[str, Any]:
+        """Write a new index at ``path`` from batches of rows; ``columns`` maps each property to one of COLUMN_TYPES.
+
+        Memory is a constant multiple of a batch. Returns the meta of the file: counts and columns.
+        """
+        _check_columns(columns)
+        with _writing(path) as (store, folder):
+            store.execute(f"CREATE NODE TABLE Node({_declared(_node_types(columns))}, PRIMARY KEY(key))")
+            store.execute(f"CREATE REL TABLE Rel(FROM Node TO Node, {_declared(_RELATION, skip=2)})")
+            node_file = _CsvFile(folder / "nodes.csv", _node_types(columns))
+            n_nodes = node_file.write(_node_cells(row, columns) for batch in nodes for row in batch)
+            if n_nodes:
+                store.execute(f"COPY Node FROM ({node_file.loading()} RETURN {node_file.returned()})")
+            relation_file = _CsvFile(folder / "relations.csv", _RELATION)
+            n_relations = relation_file.write(_relation_cells(row) for batch in relations for row in batch)
+            if n_relations:
+                store.execute(f"COPY Rel FROM ({relation_file.loading()} RETURN {relation_file.returned()})")
+        return {"nodes": n_nodes, "relations": n_relations, "columns": dict(columns)}
+
+    def run(self, cypher: str, parameters: Mapping[str, Any] | None = None, *, timeout_s: float | None = None) -> Table:
+        """The answer to a statement that this project wrote; what a user wrote goes through :meth:`run_untrusted`."""
+        names, types, rows = self._store.execute(cypher, parameters, timeout_s=timeout_s)
+        data = tuple(_column([row[i] for row in rows], kind) for i, kind in enumerate(types))
+        return Table(columns=tuple(names), data=data)
+
+    def interrupt(self) -> None:
+        """Stop what runs now, from another thread: it raises QueryCancelled."""
+        self._store.interrupt()
+
+    def close(self) -> None:
+        """Close the file; a second call does nothing."""
+        self._store.close()
+
+
+@contextlib.contextmanager
+def _writing(path: Path) -> Iterator[tuple[Store, Path]]:
+    """The database at ``path`` opened for writing, and a folder for what is loaded into it, gone afterwards."""
+    # The engine reads the names of files as patterns, and has no way to quote one: such a folder is not named to it.
+    beside = path.with_name(path.name + ".load")
+    plain = re.fullmatch(r"[\w/:. ~\\-]+", str(beside), re.ASCII) is not None and "\\" not in str(beside)
+    folder = beside if plain else Path(tempfile.mkdtemp(prefix="cgdb-load-"))
+    folder.mkdir(exist_ok=True)
+    try:
+        store = engine().open(path, read_only=False)
+        try:
+            yield store, folder
+            store.execute("CHECKPOINT")
+        finally:
+            store.close()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+class _CsvFile:
+    """Rows on their way into the engine, in the dialect that both engines read back exactly.
+
+    An empty cell is NULL. An empty text is a token made up for this file, and so is what stands between the items of
+    a list: neither can occur in what a map says. Tried with every character that could matter (tests/test_graph.py).
+    """
+
+    def __init__(self, path: Path, types: Mapping[str, str]) -> None:
+        self.path = path
+        self.types = dict(types)
+        self.token = f"<{secrets.token_hex(8)}>"
+        self._has_empty: set[str] = set()
+
+    def write(self, rows: Iterable[Iterable[Any]]) -> int:
+        """Write the rows; returns how many there were."""
+        writers = [self._cell_writer(kind) for kind in self.types.values()]
+        count = 0
+        lines: list[str] = []
+        with self.path.open("wb") as file:
+            for row in rows:
+                lines.append(",".join([write(value) for write, value in zip(writers, row, strict=True)]))
+                count += 1
+                if len(lines) == 5_000:
+                    _append(file, lines)
+            _append(file, lines)
+        return count
+
+    def _cell_writer(self, kind: str) -> Any:
+        token = self.token
+
+        def text(value: Any) -> str:
+            if value is None:
+                return ""
+            value = str(value)
+            return '"' + value.replace('"', '""') + '"' if value else token
+
+        def items(value: Any) -> str:
+            if value is None:
+                return ""
+            # Every item is led by a mark: the engine's string_split forgets items that are empty.
+            return text(token.join([f"={item}" for item in value]))
+
+        return {"STRING": text, "STRING[]": items, "DOUBLE": _number, "INT64": _integer, "BOOL": _truth}[kind]
+
+    def loading(self) -> str:
+        """The clause that reads the file back; every column is then a variable of its own name."""
+        read = {name: kind.removesuffix("[]") for name, kind in self.types.items()}
+        options = "HEADER=false, PARALLEL=false, AUTO_DETECT=false, DELIM=',', QUOTE='\"', ESCAPE='\"'"
+        return f"LOAD WITH HEADERS ({_declared(read)}) FROM '{self.path.as_posix()}' ({options})"
+
+    def value(self, name: str) -> str:
+        """The expression for a column as it was before it was written."""
+        kind, token = self.types[name], self.token
+        if kind == "STRING":
+            return f"CASE WHEN {name} = '{token}' THEN '' ELSE {name} END"
+        if kind == "STRING[]":
+            split = f"list_transform(string_split({name}, '{token}'), x -> substring(x, 2, size(x)))"
+            return (
+                f"CASE WHEN {name} IS NULL THEN NULL WHEN {name} = '{token}' THEN CAST([] AS STRING[]) ELSE {split} END"
+            )
+        return name
+
+    def returned(self) -> str:
+        """Every column by its expression, in the order of the table."""
+        return ", ".join(self.value(name) for name in self.types)
+
+
+def _append(file: BinaryIO, lines: list[str]) -> None:
+    if lines:
+        text = "\n".join(lines) + "\n"
+        try:
+            data = text.encode()
+        except UnicodeEncodeError:
+            # Half a character, as json.loads makes of "\ud800": no engine and no file holds it.
+            data = _SURROGATE.sub("\ufffd", text).encode()
+        file.write(data)
+        lines.clear()
+
+
+def _number(value: Any) -> str:
+    if value is None or isinstance(value, (str, tuple, list)):
+        return ""
+    number = float(value)
+    return repr(number) if math.isfinite(number) else ""
+
+
+def _integer(value: Any) -> str:
+    return "" if value is None else str(int(value))
+
+
+def _truth(value: Any) -> str:
+    return ("true" if value else "false") if isinstance(value, (bool, np.bool_)) else ""
+
+
+def _node_types(columns: Mapping[str, str]) -> dict[str, str]:
+    return _FIXED | {property_column(name): kind for name, kind in columns.items()}
+
+
+def _declared(types: Mapping[str, str], *, skip: int = 0) -> str:
+    return ", ".join(f"{name} {kind}" for name, kind in list(types.items())[skip:])
+
+
+def _check_columns(columns: Mapping[str, str]) -> None:
+    for name, kind in columns.items():
+        if kind not in COLUMN_TYPES:
+            raise ExecuteError(f"property '{name}' cannot be indexed as {kind}")
+
+
+def _node_cells(row: NodeRow, columns: Mapping[str, str]) -> list[Any]:
+    center = (None, None, None) if row.center is None else row.center
+    extent = (None, None, None) if row.extent is None else row.extent
+    cells = [row.key, row.id, row.label, row.tag, row.caption, row.confidence, row.n_observations, *center, *extent]
+    if columns:
+        get = row.properties.get
+        cells += [_property(get(name), kind) for name, kind in columns.items()]
+    return cells
+
+
+def _property(value: Any, kind: str) -> Any:
+    if kind == "STRING[]" and value is not None and not isinstance(value, (tuple, list)):
+        return (value,)
+    if kind == "STRING" and isinstance(value, (tuple, list)):
+        return ", ".join(str(v) for v in value)
+    return value
+
+
+def _relation_cells(row: RelationRow) -> tuple[Any, ...]:
+    return row.source, row.target, row.label, row.confidence, row.origin, row.explanation
+
+
+def _column(values: list[Any], kind: str) -> Column:
+    try:
+        if kind in _INTEGERS:
+            return np.array(values, dtype=np.int64)
+        if kind in ("DOUBLE", "FLOAT"):
+            return np.array(values, dtype=np.float64)
+        if kind == "BOOL" and None not in values:
+            return np.array(values, dtype=np.bool_)
+    except (TypeError, ValueError):
+        pass
+    return values
