@@ -89,9 +89,7 @@ def compare(file: Path, *, show: bool = False) -> list[tuple[str, float, set[Pai
         (f"on{'' if least else ' (any)'}", least, things(edges["ON"]), things(found({"on"}, least)))
         for least in (0.0, 0.6)
     ]
-    rows.append(
-        ("on a floor", 0.0, {p for p in edges["ON"] if p[1] in floors}, {p for p in found({"on"}) if p[1] in floors})
-    )
+    rows.append(("on a floor", 0.0, *({p for p in pairs if p[1] in floors} for pairs in (edges["ON"], found({"on"})))))
     rows.extend(("in", least, things(edges["INSIDE"]), things(found({"in"}, least))) for least in (0.0, 0.7))
     rows.append(("on or in", 0.0, things(edges["ON"] | edges["INSIDE"]), things(found({"on", "in"}))))
     rows.append(("close", 0.0, unordered(edges["CLOSE"]), unordered(found({"near", "next_to"}))))
@@ -114,7 +112,7 @@ def _describe(node: dict) -> str:
 
 
 def furnished_rooms(count: int) -> Boxes:
-    """``count`` boxes in rooms of 4 m x 4 m: a floor, furniture on it at any angle, and small things on the furniture."""
+    """``count`` boxes in rooms of 4 m x 4 m: a floor, furniture on it at any angle, small things on that, a lamp."""
     random = np.random.default_rng(7)
     rooms = -(-count // 20)
     columns = int(np.ceil(np.sqrt(rooms)))

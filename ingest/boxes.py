@@ -27,6 +27,12 @@ THINNEST = 0.01
 _ON_EDGE = 1e-9
 """Metres by which one of two footprints shrinks, so that sides that lie on each other are counted once."""
 
+_OVER = 0.05
+"""Metres by which a box may reach out of the places of all objects before that says anything of its direction."""
+
+_FEWEST = 10
+"""Boxes that have their sides longest first by chance: one in six each, so one in 60 million maps of ten boxes."""
+
 _CHUNK = 1 << 20
 """Pairs that are looked at in one go; bounds the memory whatever the map."""
 
@@ -67,7 +73,8 @@ class Prisms:
     ground: (n, 2) centres of the footprints. low, high: (n,) lowest and highest point. corners: (n, 6, 2) of the
     footprint relative to its centre, counter-clockwise, some of them equal. sides: (n, 3, 2), the footprint as the sum
     of three segments -s..s, by ascending angle in [0, pi). area: (n,) m2 of the footprint. reach: (n, 2) half sizes
-    of its hull along the ground axes. points: (n,) bool, the objects that have a place but no size.
+    of its hull along the ground axes. slim: (n,) the shortest side by the longest. points: (n,) bool, the objects
+    that have a place but no size.
     """
 
     ground: Floats
@@ -77,6 +84,7 @@ class Prisms:
     sides: Floats
     area: Floats
     reach: Floats
+    slim: Floats
     points: Bools
 
     @property
@@ -109,7 +117,8 @@ def prisms(boxes: Boxes, up: str) -> Prisms:
     # axes[:, k, j] is coordinate k of the box's axis j.
     rise = (np.abs(axes[:, axis, :]) * half).sum(axis=1)
     middle = sign * boxes.centers[:, axis]
-    sides = np.swapaxes(axes[:, flat, :] * np.maximum(half, THINNEST / 2.0)[:, None, :], 1, 2)
+    padded = np.maximum(half, THINNEST / 2.0)
+    sides = np.swapaxes(axes[:, flat, :] * padded[:, None, :], 1, 2)
     # An axis that stands upright but for rounding has no shadow; noise of 1e-17 would have a random direction.
     sides = np.where(np.abs(sides) < 1e-12, 0.0, sides)
     sides = _by_angle(sides)
@@ -125,8 +134,37 @@ def prisms(boxes: Boxes, up: str) -> Prisms:
         sides=sides,
         area=np.maximum(_cross(corners, following).sum(axis=1) / 2.0, THINNEST**2),
         reach=np.abs(sides).sum(axis=1),
+        slim=padded.min(axis=1) / padded.max(axis=1),
         points=points,
     )
+
+
+def settle_sides(boxes: Boxes, up: str) -> Boxes:
+    """Boxes whose sides were written longest first, without their directions, with each side along a likely axis.
+
+    ConceptGraphs' planner file gives the sides of oriented boxes but not their rotations; read as they stand, its
+    windows lie flat in the air. A map is as large as the places of its objects, walls and windows among them, so
+    sides are dealt to axes such that a box reaches out of that least; the shortest stays upright where it is all the
+    same. Boxes with rotations, or with sides in any other order, or fewer than _FEWEST of them, come back untouched.
+    """
+    sized = ~np.isnan(boxes.extents[:, 0])
+    extents, centers = boxes.extents[sized], boxes.centers[sized]
+    sorted_by_chance = len(extents) < _FEWEST or (extents.max(axis=1) == extents.min(axis=1)).all()
+    if boxes.rotations is not None or sorted_by_chance or (np.diff(extents, axis=1) > 0).any():
+        return boxes
+    axis = "xyz".index(up[-1])
+    flat = [k for k in range(3) if k != axis]
+    least, most = boxes.centers.min(axis=0) - _OVER, boxes.centers.max(axis=0) + _OVER
+    best, overshoot = np.empty_like(extents), np.full(len(extents), np.inf)
+    for first, second, upright in ((0, 1, 2), (1, 0, 2), (0, 2, 1), (2, 0, 1), (1, 2, 0), (2, 1, 0)):
+        dealt = np.empty_like(extents)
+        dealt[:, [*flat, axis]] = extents[:, [first, second, upright]]
+        over = np.maximum(centers + dealt / 2 - most, 0.0) + np.maximum(least - centers + dealt / 2, 0.0)
+        better = over.sum(axis=1) < overshoot - _OVER
+        best[better], overshoot[better] = dealt[better], over.sum(axis=1)[better]
+    settled = boxes.extents.copy()
+    settled[sized] = best
+    return Boxes(centers=boxes.centers, extents=settled)
 
 
 def ground_gap(shapes: Prisms, a: Ints, b: Ints) -> Floats:

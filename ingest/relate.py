@@ -5,7 +5,8 @@ full of air above its seat, a desk's is full of air below its top. Where geometr
 both are given with confidences of about one half, which a query can weigh; what is given at 0.7 or more is meant.
 
     on       a's bottom meets b's top and a good part of a's footprint is over b; or, less surely, a rests inside b's
-             box above its bottom (a cushion on a sofa) or reaches out of it (a plant in, or on, a stand)
+             box above its bottom (a cushion on a sofa) or reaches out of it (a plant in, or on, a stand); or, where
+             nothing else holds a up, b is what it hovers over by a hand's breadth: things do not hover, boxes do
     in       most of a's volume lies in b's box, and a is clearly smaller
     under    a ends below the bottom of b, near by and at the same spot, and nothing else above a is nearer; or a
              stands inside b's box on b's own level (a bin under a desk, or in a cupboard); or b stands on a and a is
@@ -38,6 +39,7 @@ from cgdb.ingest.boxes import (
     near_pairs,
     overlap_area,
     prisms,
+    settle_sides,
 )
 from cgdb.scene import ObjectId, Place, Relation, SceneGraph, SceneObject
 
@@ -46,24 +48,12 @@ LABELS = ("on", "in", "under", "above", "next_to", "near")
 _CHUNK = 1 << 15
 """Pairs measured in one go; each takes about 2 kB while it is."""
 
+_THIN_SLACK = 0.02
+"""Metres by which the heights of flat things may differ when they mean the same level."""
+
 _STRUCTURE_WORDS = frozenset(
-    [
-        "wall",
-        "walls",
-        "floor",
-        "floors",
-        "flooring",
-        "ceiling",
-        "ceilings",
-        "room",
-        "rooms",
-        "bedroom",
-        "bathroom",
-        "kitchen",
-        "livingroom",
-        "hallway",
-        "corridor",
-    ]
+    {"wall", "walls", "floor", "floors", "flooring", "ceiling", "ceilings", "room", "rooms", "bedroom", "bathroom"}
+    | {"kitchen", "livingroom", "hallway", "corridor"}
 )
 
 
@@ -75,6 +65,7 @@ class Limits:
     touch_share: taller things have noisier boxes; this share of the lower height is added, up to touch once more.
     support: share of a's footprint that must be over b. A thing falls off when its middle is not held up; boxes that
         are too large for their things ask for some mercy.
+    hover: a thing that nothing holds up is on what is at most so far below it: undersides are seen badly.
     rest: how far up in b's box, as a share of its height, a thing must lie to be on b rather than at its feet.
     inside: share of a's volume that must lie in b.
     smaller: how much of b's footprint (on) or volume (in) a may take at most; beyond it the two are one thing seen
@@ -88,14 +79,16 @@ class Limits:
     near_gap, near_count: near reaches so far, and to so many nearest of either; so there are at most near_count per
         object on average, however crowded the place is.
     per_object: on, in, under and next_to are kept for the so many surest of a source.
-    structure_share, structure_area: what covers this share of the scene and as many m2, and is flat or as high as a
-        person, is a floor, a ceiling, or a room.
+    sheet: what is thinner than this share of its longest side is a sheet (a wall, a window, a rug) and holds nothing in.
+    structure_share, structure_area: what covers this share of the scene and as many m2 and is flat is a floor or a
+        ceiling; what covers as many m2 and is as high as structure_height is a room, or a lump that no thing is.
     crowd: boxes of one size at one spot that each box is compared with, see near_pairs.
     """
 
     touch: float = 0.05
     touch_share: float = 0.05
     support: float = 0.35
+    hover: float = 0.2
     rest: float = 0.2
     inside: float = 0.7
     smaller: float = 0.6
@@ -108,8 +101,10 @@ class Limits:
     near_gap: float = 1.0
     near_count: int = 8
     per_object: int = 3
+    sheet: float = 0.05
     structure_share: float = 0.3
     structure_area: float = 6.0
+    structure_height: float = 2.0
     crowd: int = 256
 
 
@@ -169,7 +164,7 @@ def geometric_relations(
     )
     known = np.zeros(n, dtype=bool) if structure is None else np.asarray(structure, dtype=bool)[rows]
     found = relate(prisms(ordered, up), limits, known)
-    relations = []
+    relations: list[Relation] = []
     for label in LABELS:
         part = found[label]
         relations.extend(
@@ -192,12 +187,19 @@ def relate(shapes: Prisms, limits: Limits, structure: Bools) -> dict[str, Found]
     pairs = near_pairs(shapes, across=reach, upright=max(limits.vertical_gap, limits.near_gap), crowd=limits.crowd)
     useful = ~(structure[pairs.first] & structure[pairs.second])
     first, second = pairs.first[useful], pairs.second[useful]
-    parts: dict[str, list[Found]] = {label: [] for label in LABELS}
+    parts: dict[str, list[Found]] = {label: [] for label in (*LABELS, "hovers")}
     for at in range(0, max(len(first), 1), _CHUNK):
         measures = _measure(shapes, first[at : at + _CHUNK], second[at : at + _CHUNK])
         for label, part in _judge(shapes, measures, limits, structure).items():
             parts[label].append(part)
-    found = {label: _concatenate(parts[label]) for label in LABELS}
+    found = {label: _concatenate(part) for label, part in parts.items()}
+    hovers = found.pop("hovers")
+    held = np.concatenate([found["on"].source, found["in"].source])
+    hovers = _first_per_source(_take(hovers, ~np.isin(hovers.source, held)), 1)
+    found["on"] = _concatenate([found["on"], hovers])
+    found["under"] = _without(found["under"], hovers.target, hovers.source)
+    found["near"] = _without(found["near"], hovers.target, hovers.source)
+    found["near"] = _without(found["near"], hovers.source, hovers.target)
     for label in ("on", "in", "under"):
         found[label] = _first_per_source(found[label], limits.per_object)
     found["above"] = dataclasses.replace(found["under"], source=found["under"].target, target=found["under"].source)
@@ -215,9 +217,9 @@ def looks_like_structure(shapes: Prisms, limits: Limits) -> Bools:
     ground = shapes.ground - np.median(shapes.ground[solid], axis=0)
     spread = np.quantile(np.hypot(ground[solid, 0], ground[solid, 1]), 0.9)
     scene = max(np.pi * spread**2, limits.structure_area)
-    wide = shapes.area >= max(limits.structure_area, limits.structure_share * scene)
-    flat = shapes.height <= 0.3
-    tall = shapes.height >= 1.2
+    wide = shapes.area >= limits.structure_area
+    flat = (shapes.height <= 0.3) & (shapes.area >= limits.structure_share * scene)
+    tall = shapes.height >= limits.structure_height
     return np.asarray(solid & wide & (flat | tall))
 
 
@@ -265,7 +267,10 @@ def _judge(shapes: Prisms, m: _Measures, limits: Limits, structure: Bools) -> di
     close = np.where(known & ~claimed & (beside == 0) & (distance <= limits.near_gap), 1.0, 0.0)
     close *= 1.0 - 0.5 * distance / limits.near_gap
     gap = np.maximum(m.upright, 0.0)
+    above = shapes.low[m.a] - shapes.high[m.b]
+    hovers = solid & ~structure[m.a] & ~claimed & (above > 0) & (above <= limits.hover) & (m.share_a >= limits.inside)
     return {
+        "hovers": _found(m, np.where(hovers, 0.55 - above, 0.0), gap),
         "on": _found(m, on, -on),
         "in": _found(m, inside, _volume(shapes)[m.b]),
         "under": _found(m, below, gap),
@@ -283,8 +288,13 @@ def _touching(shapes: Prisms, m: _Measures, limits: Limits) -> Floats:
     higher = shapes.low[m.a] + shapes.high[m.a] > shapes.low[m.b] + shapes.high[m.b] + 1e-3
     touches = (gap <= slack) & higher & (m.share_a >= limits.support)
     held = np.minimum(m.share_a / 0.8, 1.0)
+    # Flat things that share a level touch each other's top wherever they meet: a glass beside a plate is not on it.
+    level = shapes.low[m.a] < (shapes.low[m.b] + shapes.high[m.b]) / 2.0
+    touches &= ~level | (m.share_a >= limits.inside)
+    # A plate in a microwave oven is where a mat under a table would be.
+    enclosed = (m.share_b >= limits.inside) & (shapes.high[m.b] > shapes.low[m.a] + _THIN_SLACK)
     sure: Floats = np.where(touches, 0.95 * held * (1.0 - 0.4 * (gap / slack) ** 2), 0.0)
-    return sure
+    return np.where(enclosed, 0.5 * sure, sure)
 
 
 def _within(shapes: Prisms, m: _Measures, limits: Limits) -> tuple[Floats, Floats, Floats]:
@@ -296,15 +306,22 @@ def _within(shapes: Prisms, m: _Measures, limits: Limits) -> tuple[Floats, Float
     shared = np.minimum(middle + tall_a / 2, high_b) - np.maximum(middle - tall_a / 2, low_b)
     sunk = np.clip(shared / tall_a, 0.0, 1.0)
     contained = m.share_a * sunk
-    small = (shapes.area[m.a] <= limits.smaller * shapes.area[m.b]) & (tall_b > limits.touch)
+    small = (shapes.area[m.a] <= limits.smaller * shapes.area[m.b]) & (shapes.slim[m.b] >= limits.sheet)
     over = (m.aside == 0.0) & (m.share_a >= limits.inside)
     bottom = (low_a - low_b) / tall_b
     # In: most of it. A thing that fills its container less is as sure to be in it; one that sticks out is less so.
-    fits = (contained >= limits.inside) & (volume[m.a] <= limits.smaller * volume[m.b]) & (tall_b > limits.touch)
-    inside = np.where(fits, 0.4 + 0.35 * contained, 0.0)
+    fits = (
+        (contained >= limits.inside)
+        & (volume[m.a] <= limits.smaller * volume[m.b])
+        & (shapes.slim[m.b] >= limits.sheet)
+    )
     # On: resting at some height within the box, whether it ends within the box or reaches out of it.
     rests = over & small & (bottom >= limits.rest) & (shared > 0)
-    resting = np.where(rests, np.where(sunk < 0.95, 0.65, 0.5) * np.minimum(m.share_a / 0.9, 1.0), 0.0)
+    # What is as high as a seat or a table has its use on it; bowls and drawers, and what people reach up to, in it.
+    seat = (tall_b >= 0.3) & (tall_b <= 1.1) & (shapes.area[m.b] >= 0.3)
+    likely = np.where(sunk < 0.95, 0.65, np.where(seat, 0.6, 0.4))
+    resting = np.where(rests, likely * np.minimum(m.share_a / 0.9, 1.0), 0.0)
+    inside = np.where(fits, np.where(seat & rests, 0.2, 0.4) + 0.35 * contained, 0.0)
     # Under: standing on b's own level, with room above it.
     stands = fits & over & (np.abs(low_a - low_b) <= limits.touch) & (high_a < high_b - limits.touch) & (tall_b >= 0.3)
     standing = np.where(stands, 0.35, 0.0)
@@ -330,13 +347,12 @@ def _beside(shapes: Prisms, m: _Measures, limits: Limits) -> Floats:
     width = np.sqrt(np.minimum(shapes.area[m.a], shapes.area[m.b]))
     widest = np.clip(limits.side_share * width, limits.side_touch, limits.side_gap)
     low_height = np.minimum(shapes.height[m.a], shapes.height[m.b])
-    beside = (m.ground <= widest) & (-m.upright >= 0.3 * low_height - THIN_SLACK)
-    sure: Floats = np.where(beside, 0.9 - 0.4 * m.ground / np.maximum(widest, 1e-9), 0.0)
+    beside = (m.ground <= widest) & (-m.upright >= 0.3 * low_height - _THIN_SLACK)
+    # Boxes that share more than half a footprint are one behind the other, or one thing seen twice.
+    share = np.maximum(m.share_a, m.share_b)
+    beside &= share <= 0.5
+    sure: Floats = np.where(beside, 0.9 - 0.4 * m.ground / np.maximum(widest, 1e-9) - 0.4 * share, 0.0)
     return sure
-
-
-THIN_SLACK = 0.02
-"""Metres by which flat things beside each other may miss a common height."""
 
 
 def _volume(shapes: Prisms) -> Floats:
@@ -386,6 +402,14 @@ def _place_in_group(group: Ints, rank: Floats, tie: Ints) -> Ints:
     return place
 
 
+def _without(found: Found, source: Ints, target: Ints) -> Found:
+    """Leave out the given pairs."""
+    if not len(source):
+        return found
+    rows = 1 + int(max(source.max(), target.max(), found.source.max(initial=0), found.target.max(initial=0)))
+    return _take(found, ~np.isin(found.source * rows + found.target, source * rows + target))
+
+
 def _first_per_source(found: Found, count: int) -> Found:
     return _take(found, _place_in_group(found.source, found.rank, found.target) < count)
 
@@ -411,7 +435,7 @@ def with_geometry(scene: SceneGraph, *, limits: Limits = Limits()) -> SceneGraph
         for relation in [
             *geometric_relations(
                 [obj.id for obj in objects],
-                boxes_of(objects),
+                settle_sides(boxes_of(objects), scene.up),
                 up=scene.up,
                 limits=limits,
                 structure=[_named_structure(obj) for obj in objects],
@@ -426,10 +450,9 @@ def with_geometry(scene: SceneGraph, *, limits: Limits = Limits()) -> SceneGraph
 def boxes_of(objects: Sequence[SceneObject]) -> Boxes:
     """The boxes of objects that all have a center; those without an extent become points."""
     n = len(objects)
-    rotations = np.tile(np.eye(3), (n, 1, 1))
-    for row, obj in enumerate(objects):
-        if obj.rotation is not None:
-            rotations[row] = obj.rotation
+    rotations = None
+    if any(obj.rotation is not None for obj in objects):
+        rotations = np.array([np.eye(3) if obj.rotation is None else obj.rotation for obj in objects])
     return Boxes(
         centers=np.array([obj.center for obj in objects], dtype=np.float64).reshape(n, 3),
         extents=np.array([np.full(3, np.nan) if o.extent is None else o.extent for o in objects]).reshape(n, 3),
