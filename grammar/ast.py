@@ -292,9 +292,7 @@ class Query(Syntax):
 
 
 Value: TypeAlias = Text | Number | Boolean | Null | Parameter | ObjectRef | ListOf
-Condition: TypeAlias = (
-    And | Or | Not | Comparison | In | Contains | StartsWith | IsNull | Similar | PatternCondition
-)
+Condition: TypeAlias = And | Or | Not | Comparison | In | Contains | StartsWith | IsNull | Similar | PatternCondition
 Expression: TypeAlias = Value | Variable | Property | Call | Arithmetic | Negative | Condition
 
 UNITS: dict[str, float] = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}

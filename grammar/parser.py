@@ -1,0 +1,99 @@
+"""Query text -> tree: ``parse``, ``parse_script`` and ``parse_condition``."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, cast
+
+from cgdb.errors import ParseError, Span
+from cgdb.grammar import ast
+from cgdb.grammar.build import BUILD
+from cgdb.grammar.machine import GROUPS, machine
+
+
+def parse(text: str) -> ast.Query:
+    """The tree of one statement; a semicolon may end it."""
+    return cast(ast.Query, _run(text, "start"))
+
+
+def parse_script(text: str) -> tuple[ast.Query, ...]:
+    """The trees of statements that are separated by semicolons; places count from the start of the whole text."""
+    return cast("tuple[ast.Query, ...]", _run(text, "script"))
+
+
+def parse_condition(text: str) -> ast.Expression:
+    """The tree of a condition alone: what may follow WHERE."""
+    return cast(ast.Expression, _run(text, "condition"))
+
+
+@cache
+def _settled() -> list[dict[int, int]]:
+    """For each state: where a symbol and the terminal after it lead once every rule that only passes it on is done.
+
+    Without it, a lone ``o`` climbs one by one from operand to expression. Filled as it is met; it follows from the
+    tables alone, so that threads may fill it at once.
+    """
+    return [{} for _ in machine().rows]
+
+
+def _run(text: str, root: str) -> Any:
+    m = machine()
+    rows, gotos, rules, signs, words, groups = m.rows, m.gotos, m.rules, m.signs, m.words, m.groups
+    name, reserved, roles = m.name, m.reserved, m.roles
+    build, settled = BUILD, _settled()
+    state, final = m.starts[root]
+    word_group, sign_group = GROUPS.index("NAME") + 1, GROUPS.index("SIGN") + 1
+    states, values, starts = [state], [], []  # type: list[int], list[Any], list[int]
+    last = 0
+    try:
+        for match in m.scanner.finditer(text):
+            group = match.lastindex
+            assert group is not None
+            lexeme = match[group]
+            start = match.start(group)
+            row = rows[state]
+            if group == word_group:
+                terminal = words.get(lexeme.upper(), name)
+                if terminal not in row and name in row and not (terminal in reserved and "variable" in roles[state]):
+                    terminal = name
+            elif group == sign_group:
+                terminal = signs[lexeme]
+            else:
+                terminal = groups[group]
+            while True:
+                action = row.get(terminal)
+                if action is None:
+                    if terminal == m.end and state == final:
+                        return values[0]
+                    raise ParseError("syntax", span=Span(start, match.end()), source=text)
+                if action >= 0:
+                    state = action
+                    states.append(state)
+                    values.append(lexeme)
+                    starts.append(start)
+                    last = match.end()
+                    break
+                left, length, maker = rules[~action]
+                if length == 0:
+                    values.append(build[maker]([], start, start))
+                    starts.append(start)
+                else:
+                    if maker:
+                        values[-length:] = [build[maker](values[-length:], starts[-length], last)]
+                    if length > 1:
+                        del starts[1 - length :]
+                    del states[-length:]
+                below = states[-1]
+                key = left << 8 | terminal
+                found = settled[below].get(key)
+                if found is None:
+                    found = gotos[below][left]
+                    while (reduction := rows[found].get(terminal, 0)) < 0 and rules[~reduction][1:] == (1, ""):
+                        found = gotos[below][rules[~reduction][0]]
+                    settled[below][key] = found
+                state = found
+                states.append(state)
+                row = rows[state]
+    except ParseError as error:
+        raise error.located(text) from None
+    raise AssertionError("the scanner matches at every place")
