@@ -1,0 +1,386 @@
+"""Reading live rows of a scene at a revision: every row against its seal, every part against its total."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Column, Connection, Row, Select, Table, func, select, true, tuple_
+from sqlalchemy.sql.elements import ColumnElement
+
+from cgdb import history, rows, schema
+from cgdb.errors import CorruptionError
+from cgdb.history import SceneInfo
+from cgdb.rows import MASK, NodeRow, RelationRow
+
+Reading: TypeAlias = Callable[[], AbstractContextManager[Connection]]
+"""Opens a connection on one snapshot, with errors already translated."""
+
+Cloud: TypeAlias = "tuple[NDArray[np.float32], NDArray[np.uint8] | None]"
+
+_Verified: TypeAlias = Callable[[SceneInfo, Sequence[Any]], tuple[int, Any]]
+
+_SPAN = ("rev_from", "rev_to", "seal")
+_NODE = ("key", *_SPAN, "id", "label", "tag", "tags", "caption", "box", "n_observations", "confidence", "properties")
+_RELATION = ("source", "target", "label", "origin", *_SPAN, "confidence", "explanation")
+_FEATURE = ("key", *_SPAN, "vector")
+_CLOUD = ("key", *_SPAN, "n_points", "colored", "data")
+
+_UNDECODABLE = (struct.error, ValueError, TypeError, AttributeError, OverflowError, KeyError)
+"""What decoding a damaged row may raise before its seal is compared."""
+
+_ASKED_AT_ONCE = 1000  # keys in one IN (...): far below SQLite's limit of 32,766 parameters
+
+
+class PartSum:
+    """Adds up what was read of one part of a scene, and says at the end whether that is all of it."""
+
+    def __init__(self, reading: Reading, info: SceneInfo, part: str) -> None:
+        self._reading = reading
+        self._info = info
+        self._part = part
+        self._count = 0
+        self._sum = 0
+
+    def add(self, digest: int) -> None:
+        """One verified row."""
+        self._count += 1
+        self._sum += digest
+
+    def finish(self) -> None:
+        """Raise CorruptionError where rows are missing or surplus."""
+        with self._reading() as connection:
+            header = history.read_header(connection, self._info.id, self._info.name, self._info.revision)
+        expected = (0, 0) if header is None else header.totals.get(self._part, (0, 0))
+        if (self._count, self._sum & MASK) != expected:
+            raise CorruptionError(
+                f"scene '{self._info.name}': {self._part} of revision {self._info.revision} are not complete: "
+                f"{self._count} rows were read, {expected[0]} were written",
+                hint="`cgdb check` tells what can still be read",
+            )
+
+
+# --- verified rows ---------------------------------------------------------------------------------------------------
+
+
+def verified_node(info: SceneInfo, row: Sequence[Any]) -> tuple[int, NodeRow]:
+    """Digest and record of a row in the order of ``_NODE``."""
+    key, rev_from, rev_to, mark = row[:4]
+    payload = tuple(row[4:])
+    try:
+        digest = rows.node_digest(info.id, key, payload)
+        if rows.seal(mark, rev_from, rev_to) == digest:
+            return digest, rows.node_row(key, payload)
+    except _UNDECODABLE as error:
+        raise _damaged(info, f"object #{row[4]} (key {key})") from error
+    raise _damaged(info, f"object #{row[4]} (key {key})")
+
+
+def verified_relation(info: SceneInfo, row: Sequence[Any]) -> tuple[int, RelationRow]:
+    """Digest and record of a row in the order of ``_RELATION``."""
+    source, target, label, origin, rev_from, rev_to, mark, confidence, explanation = row
+    payload = (source, target, label, origin, confidence, explanation)
+    try:
+        digest = rows.relation_digest(info.id, payload)
+        if rows.seal(mark, rev_from, rev_to) == digest:
+            return digest, rows.relation_row(payload)
+    except _UNDECODABLE as error:
+        raise _damaged(info, f"relation {label!r} between keys {source} and {target}") from error
+    raise _damaged(info, f"relation {label!r} between keys {source} and {target}")
+
+
+def verified_feature(info: SceneInfo, space: str, row: Sequence[Any]) -> tuple[int, bytes]:
+    """Digest and vector bytes of a row in the order of ``_FEATURE``."""
+    key, rev_from, rev_to, mark, vector = row
+    try:
+        digest = rows.feature_digest(info.id, space.encode(), key, vector)
+        if rows.seal(mark, rev_from, rev_to) == digest:
+            return digest, vector
+    except _UNDECODABLE as error:
+        raise _damaged(info, f"feature '{space}' of the object with key {key}") from error
+    raise _damaged(info, f"feature '{space}' of the object with key {key}")
+
+
+def verified_cloud(info: SceneInfo, row: Sequence[Any]) -> tuple[int, Cloud]:
+    """Digest and arrays of a row in the order of ``_CLOUD``."""
+    key, rev_from, rev_to, mark, n_points, colored, data = row
+    try:
+        digest = rows.cloud_digest(info.id, key, n_points, colored, data)
+        if rows.seal(mark, rev_from, rev_to) == digest:
+            return digest, rows.cloud_arrays(n_points, colored, data)
+    except _UNDECODABLE as error:
+        raise _damaged(info, f"point cloud of the object with key {key}") from error
+    raise _damaged(info, f"point cloud of the object with key {key}")
+
+
+def _damaged(info: SceneInfo, what: str) -> CorruptionError:
+    return CorruptionError(
+        f"scene '{info.name}': {what} is damaged: its bytes are not those that were written",
+        hint="the rest can still be read; import the scene again, or restore the store from a copy",
+    )
+
+
+# --- whole parts, in order -------------------------------------------------------------------------------------------
+
+
+def node_batches(
+    reading: Reading, info: SceneInfo, batch: int, damaged: list[str] | None = None
+) -> Iterator[list[NodeRow]]:
+    """All nodes by key."""
+    for found in _pages(reading, info, "nodes", batch, damaged, schema.live(schema.nodes, info.revision)):
+        yield [record for _, _, record in found]
+
+
+def relation_batches(
+    reading: Reading, info: SceneInfo, batch: int, damaged: list[str] | None = None
+) -> Iterator[list[RelationRow]]:
+    """All relations by source, target, label, origin."""
+    for found in _pages(reading, info, "relations", batch, damaged, schema.live(schema.relations, info.revision)):
+        yield [record for _, _, record in found]
+
+
+def feature_batches(
+    reading: Reading, info: SceneInfo, space: str, dimension: int, batch: int, damaged: list[str] | None = None
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float32]]]:
+    """All vectors of a space by key: keys (b,) int64 and vectors (b, d) float32."""
+    live = schema.live(schema.features, info.revision)
+    for found in _pages(reading, info, f"features:{space}", batch, damaged, live):
+        yield _matrix(((row[0], vector) for row, _, vector in found), dimension)
+
+
+def clouds(reading: Reading, info: SceneInfo, damaged: list[str] | None = None) -> Iterator[tuple[int, Cloud]]:
+    """All clouds by key, a few at a time."""
+    for found in _pages(reading, info, "clouds", 8, damaged, schema.live(schema.clouds, info.revision)):
+        yield from ((row[0], cloud) for row, _, cloud in found)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lifetime:
+    """The digest of a verified row and the revisions in which it lived."""
+
+    digest: int
+    rev_from: int
+    rev_to: int | None
+
+
+def lifetimes(reading: Reading, info: SceneInfo, part: str, damaged: list[str], *, every: bool) -> Iterator[Lifetime]:
+    """The rows of a part, damaged ones listed instead: those of the revision, or every one there ever was."""
+    table, _, _, _ = _part(info, part)
+    which = true() if every else schema.live(table, info.revision)
+    for found in _pages(reading, info, part, 256 if part == "clouds" else 4096, damaged, which, total=False):
+        for row, digest, _ in found:
+            start = len(_ORDER[table])
+            yield Lifetime(digest=digest, rev_from=row[start], rev_to=row[start + 1])
+
+
+_ORDER: dict[Table, tuple[str, ...]] = {
+    schema.nodes: ("key",),
+    schema.relations: ("source", "target", "label", "origin"),
+    schema.features: ("key",),
+    schema.clouds: ("key",),
+}
+"""The columns that name a live row, in the order of reading."""
+
+
+def _part(info: SceneInfo, part: str) -> tuple[Table, tuple[str, ...], ColumnElement[bool], _Verified]:
+    """Table, columns, condition and verifier of a part."""
+    if part == "nodes":
+        return schema.nodes, _NODE, true(), verified_node
+    if part == "relations":
+        return schema.relations, _RELATION, true(), verified_relation
+    if part == "clouds":
+        return schema.clouds, _CLOUD, true(), verified_cloud
+    space = part.removeprefix("features:")
+
+    def verified(info: SceneInfo, row: Sequence[Any]) -> tuple[int, bytes]:
+        return verified_feature(info, space, row)
+
+    return schema.features, _FEATURE, schema.features.c.space == space, verified
+
+
+def _pages(
+    reading: Reading,
+    info: SceneInfo,
+    part: str,
+    batch: int,
+    damaged: list[str] | None,
+    which: ColumnElement[bool],
+    *,
+    total: bool = True,
+) -> Iterator[list[tuple[Sequence[Any], int, Any]]]:
+    """Row, digest and record of each verified row, page by page; each page continues after the one before.
+
+    A damaged row is an error or, where there is a list for them, an entry there. total: compare the sums at the end.
+    """
+    table, names, condition, verified = _part(info, part)
+    # rev_from last: where history is read, a name has several rows.
+    order = [table.c[name] for name in (*_ORDER[table], "rev_from")]
+    width = len(order)
+    statement = select(*(table.c[name] for name in names)).where(table.c.scene_id == info.id, condition, which)
+    statement = statement.order_by(*order)
+    sums = PartSum(reading, info, part)
+    after: tuple[Any, ...] | None = None
+    while True:
+        page = statement if after is None else statement.where(tuple_(*order) > tuple_(*after))
+        try:
+            with reading() as connection:
+                raw = list(connection.execute(page.limit(batch)))
+            last = len(raw) < batch
+        except CorruptionError as error:
+            if damaged is None:
+                raise
+            damaged.append(error.message)
+            raw, last = _salvaged(reading, info, page, order[0], after, damaged), True
+        found: list[tuple[Sequence[Any], int, Any]] = []
+        for row in raw:
+            try:
+                digest, value = verified(info, row)
+            except CorruptionError as error:
+                if damaged is None:
+                    raise
+                damaged.append(error.message)
+                continue
+            sums.add(digest)
+            found.append((row, digest, value))
+        if last and total:
+            # Before the last page is handed out: a scene of one page is never given incomplete.
+            try:
+                sums.finish()
+            except CorruptionError as error:
+                if damaged is None:
+                    raise
+                damaged.append(error.message)
+        if found:
+            yield found
+        if last:
+            return
+        after = tuple(raw[-1][:width])
+
+
+def _salvaged(
+    reading: Reading,
+    info: SceneInfo,
+    page: Select[Any],
+    first: Column[Any],
+    after: tuple[Any, ...] | None,
+    damaged: list[str],
+) -> list[Row[Any]]:
+    """What can be read of the rest of a part whose pages SQLite refuses: key by key, which steps over the bad pages."""
+    with reading() as connection:
+        header = history.read_header(connection, info.id, info.name, info.revision)
+    end = 0 if header is None else header.next_key
+    saved: list[Row[Any]] = []
+    for key in range(0 if after is None else after[0], end):
+        try:
+            with reading() as connection:
+                saved.extend(connection.execute(page.where(first == key)))
+        except CorruptionError:
+            damaged.append(f"scene '{info.name}': rows of key {key} cannot be read")
+    return saved
+
+
+# --- some rows -------------------------------------------------------------------------------------------------------
+
+
+def nodes_by_key(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> dict[int, NodeRow]:
+    """The live nodes among keys."""
+    found: dict[int, NodeRow] = {}
+    asked = 0
+    for some in _chunks(keys):
+        asked += len(set(some))
+        with reading() as connection:
+            raw = connection.execute(_live(schema.nodes, _NODE, info).where(schema.nodes.c.key.in_(some))).all()
+        for row in raw:
+            found[row[0]] = verified_node(info, row)[1]
+    if len(found) < asked:
+        _prove_complete(reading, info, schema.nodes, "nodes")
+    return found
+
+
+def node_by_id(reading: Reading, info: SceneInfo, ident: str) -> NodeRow | None:
+    """The live node with an id, given as stored text."""
+    with reading() as connection:
+        row = connection.execute(_live(schema.nodes, _NODE, info).where(schema.nodes.c.id == ident)).first()
+    if row is None:
+        _prove_complete(reading, info, schema.nodes, "nodes", ident)
+        return None
+    return verified_node(info, row)[1]
+
+
+def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list[RelationRow]:
+    """The live relations that touch any of keys, by source, target, label, origin."""
+    table = schema.relations.c
+    found: dict[tuple[int, int, str, str], RelationRow] = {}
+    for some in _chunks(keys):
+        # Two statements: each has its own index, one with OR would scan.
+        for end in (table.source, table.target):
+            with reading() as connection:
+                raw = connection.execute(_live(schema.relations, _RELATION, info).where(end.in_(some))).all()
+            for row in raw:
+                found[tuple(row[:4])] = verified_relation(info, row)[1]
+    return [found[name] for name in sorted(found)]
+
+
+def features_by_key(
+    reading: Reading, info: SceneInfo, space: str, dimension: int, keys: Iterable[int]
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """The vectors of a space among keys, by key."""
+    table = schema.features.c
+    found: list[tuple[int, bytes]] = []
+    for some in _chunks(sorted(set(keys))):
+        statement = _live(schema.features, _FEATURE, info).where(table.space == space, table.key.in_(some))
+        with reading() as connection:
+            raw = connection.execute(statement.order_by(table.key)).all()
+        found.extend((row[0], verified_feature(info, space, row)[1]) for row in raw)
+    return _matrix(found, dimension)
+
+
+def cloud(reading: Reading, info: SceneInfo, key: int) -> Cloud | None:
+    """The point cloud of one node."""
+    with reading() as connection:
+        row = connection.execute(_live(schema.clouds, _CLOUD, info).where(schema.clouds.c.key == key)).first()
+    return None if row is None else verified_cloud(info, row)[1]
+
+
+def _prove_complete(reading: Reading, info: SceneInfo, table: Table, part: str, ident: str | None = None) -> None:
+    """After a miss: CorruptionError unless the table, read past its indexes, has all its rows and not the one asked.
+
+    A damaged index page makes SQLite miss rows without a word; an object that was not found is reason to look.
+    """
+    columns = table.c
+    # `+ 0` keeps the planner from using an index, in any engine.
+    where = (columns.scene_id + 0 == info.id) & schema.live(table, info.revision)
+    hit = func.coalesce(func.sum(columns.id == ident if ident is not None else columns.key < 0), 0)
+    with reading() as connection:
+        header = history.read_header(connection, info.id, info.name, info.revision)
+        count, hits = connection.execute(select(func.count(), hit).select_from(table).where(where)).one()
+    expected = 0 if header is None else header.totals.get(part, (0, 0))[0]
+    if count != expected or hits:
+        raise CorruptionError(
+            f"scene '{info.name}': {part} cannot be looked up: the ledger's index does not fit its rows",
+            hint="`cgdb check` tells what can still be read",
+        )
+
+
+def _live(table: Table, names: tuple[str, ...], info: SceneInfo) -> Select[Any]:
+    columns = [table.c[name] for name in names]
+    return select(*columns).where(table.c.scene_id == info.id, schema.live(table, info.revision))
+
+
+def _matrix(found: Iterable[tuple[int, bytes]], dimension: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    pairs = list(found)
+    keys = np.fromiter((key for key, _ in pairs), np.int64, count=len(pairs))
+    vectors = np.frombuffer(b"".join(vector for _, vector in pairs), "<f4").reshape(len(pairs), dimension)
+    return keys, vectors
+
+
+def _chunks(keys: Iterable[int]) -> Iterator[list[int]]:
+    stream = iter(keys)
+    while some := [int(key) for key in islice(stream, _ASKED_AT_ONCE)]:
+        yield some
