@@ -79,7 +79,7 @@ class Limits:
     near_gap, near_count: near reaches so far, and to so many nearest of either; so there are at most near_count per
         object on average, however crowded the place is.
     per_object: on, in, under and next_to are kept for the so many surest of a source.
-    sheet: what is thinner than this share of its longest side is a sheet (a wall, a window, a rug) and holds nothing in.
+    sheet: what is thinner than this share of its longest side is a sheet (a wall, a window, a rug): nothing is in it.
     structure_share, structure_area: what covers this share of the scene and as many m2 and is flat is a floor or a
         ceiling; what covers as many m2 and is as high as structure_height is a room, or a lump that no thing is.
     crowd: boxes of one size at one spot that each box is compared with, see near_pairs.
@@ -306,17 +306,14 @@ def _within(shapes: Prisms, m: _Measures, limits: Limits) -> tuple[Floats, Float
     shared = np.minimum(middle + tall_a / 2, high_b) - np.maximum(middle - tall_a / 2, low_b)
     sunk = np.clip(shared / tall_a, 0.0, 1.0)
     contained = m.share_a * sunk
-    small = (shapes.area[m.a] <= limits.smaller * shapes.area[m.b]) & (shapes.slim[m.b] >= limits.sheet)
+    small = shapes.area[m.a] <= limits.smaller * shapes.area[m.b]
     over = (m.aside == 0.0) & (m.share_a >= limits.inside)
     bottom = (low_a - low_b) / tall_b
     # In: most of it. A thing that fills its container less is as sure to be in it; one that sticks out is less so.
-    fits = (
-        (contained >= limits.inside)
-        & (volume[m.a] <= limits.smaller * volume[m.b])
-        & (shapes.slim[m.b] >= limits.sheet)
-    )
+    hollow = shapes.slim[m.b] >= limits.sheet
+    fits = hollow & (contained >= limits.inside) & (volume[m.a] <= limits.smaller * volume[m.b])
     # On: resting at some height within the box, whether it ends within the box or reaches out of it.
-    rests = over & small & (bottom >= limits.rest) & (shared > 0)
+    rests = hollow & over & small & (bottom >= limits.rest) & (shared > 0)
     # What is as high as a seat or a table has its use on it; bowls and drawers, and what people reach up to, in it.
     seat = (tall_b >= 0.3) & (tall_b <= 1.1) & (shapes.area[m.b] >= 0.3)
     likely = np.where(sunk < 0.95, 0.65, np.where(seat, 0.6, 0.4))
@@ -334,7 +331,8 @@ def _below(shapes: Prisms, m: _Measures, limits: Limits) -> Floats:
     smaller_aside = np.where(shapes.area[m.a] <= shapes.area[m.b], m.aside, _mirror(m.aside))
     share = np.maximum(m.share_a, m.share_b)
     at = (smaller_aside <= limits.aside) | (share >= limits.support)
-    higher = shapes.low[m.b] + shapes.high[m.b] > shapes.low[m.a] + shapes.high[m.a]
+    # A fork beside a plate ends below the plate's bottom by noise alone.
+    higher = shapes.low[m.b] > (shapes.low[m.a] + shapes.high[m.a]) / 2.0 + _THIN_SLACK
     ordered = (gap >= -limits.touch) & (gap <= limits.vertical_gap) & at & higher
     sure: Floats = np.where(
         ordered, (0.6 + 0.3 * share) * (1.0 - 0.4 * np.maximum(gap, 0.0) / limits.vertical_gap), 0.0
@@ -347,7 +345,9 @@ def _beside(shapes: Prisms, m: _Measures, limits: Limits) -> Floats:
     width = np.sqrt(np.minimum(shapes.area[m.a], shapes.area[m.b]))
     widest = np.clip(limits.side_share * width, limits.side_touch, limits.side_gap)
     low_height = np.minimum(shapes.height[m.a], shapes.height[m.b])
-    beside = (m.ground <= widest) & (-m.upright >= 0.3 * low_height - _THIN_SLACK)
+    both_flat = np.maximum(shapes.height[m.a], shapes.height[m.b]) <= limits.flat
+    common = 0.3 * low_height - np.where(both_flat, _THIN_SLACK, 0.0)
+    beside = (m.ground <= widest) & (-m.upright >= common)
     # Boxes that share more than half a footprint are one behind the other, or one thing seen twice.
     share = np.maximum(m.share_a, m.share_b)
     beside &= share <= 0.5
