@@ -17,7 +17,7 @@ from cgdb.scene import ObjectId, Place, Relation, SceneGraph, SceneObject
 if TYPE_CHECKING:
     import networkx
 
-_NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_NO_XML = re.compile("[^\t\n\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _AXES = ("x", "y", "z")
 
 
@@ -159,7 +159,8 @@ def _scalar(value: Any) -> str | int | float | bool:
 
 
 def _xml(text: str) -> str:
-    return _NO_XML.sub("", text)
+    """The text as an XML reader gives it back: no forbidden characters, every line break a line feed."""
+    return _NO_XML.sub("", text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
 def _left_out(scene: SceneGraph) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cgdb.export import dumps
 from cgdb.ingest import scene_json
-from cgdb.scene import Place, SceneGraph, SceneObject
+from cgdb.scene import ObjectId, Place, SceneGraph, SceneObject
 
 ROOT = Path(__file__).parent.parent
 TOUCH = 1e-3
@@ -50,7 +50,8 @@ def test_every_object_is_in_exactly_one_room(flat: SceneGraph) -> None:
         assert len(rooms) == 1, f"#{obj.id} {obj.tag} is in {[room.name for room in rooms]}"
     contained = Counter(relation.target for relation in flat.relations if relation.label == "contains")
     assert contained == Counter({obj.id: 1 for obj in flat.objects})
-    by_id = {node.id: node for node in (*flat.objects, *flat.places)}
+    by_id: dict[ObjectId, SceneObject | Place] = {obj.id: obj for obj in flat.objects}
+    by_id |= {room.id: room for room in flat.places}
     for relation in flat.relations:
         if relation.label == "contains":
             assert _within(by_id[relation.target], by_id[relation.source])
@@ -131,8 +132,8 @@ def _within(inner: SceneObject | Place, outer: SceneObject | Place) -> bool:
     return bool((low >= outer_low - TOUCH).all() and (high <= outer_high + TOUCH).all())
 
 
-def _is_inside(inner: SceneObject, outer: SceneObject, parent: dict[int | str, int | str]) -> bool:
-    at: int | str | None = inner.id
+def _is_inside(inner: SceneObject, outer: SceneObject, parent: dict[ObjectId, ObjectId]) -> bool:
+    at: ObjectId | None = inner.id
     while (at := parent.get(at) if at is not None else None) is not None:
         if at == outer.id:
             return True
