@@ -119,11 +119,11 @@ cupboard | wall cupboard | wall | 1.2 0.35 0.7 | 6.3 0.2 1.75 | for=open,store c
     a white wall cupboard with two doors above the counter (cabinet, cupboard)
 glasses | drinking glasses | in cupboard 1.45 | 0.3 0.2 0.13 | 6.0 0.2 | for=drink,hold_liquid material=glass
     six clear drinking glasses, upside down (glass, cup)
-drawer | kitchen drawer | in counter 0.7 | 0.5 0.5 0.15 | 6.9 0.35 | for=open,store state=closed
+drawer | kitchen drawer | in counter 0.55 | 0.5 0.5 0.15 | 6.9 0.35 | for=open,store state=closed
     the kitchen drawer for odds and ends (drawer, box)
-scissors | scissors | in drawer 0.71 | 0.08 0.2 0.015 | 6.75 0.35 | for=cut color=orange material=steel
+scissors | scissors | in drawer 0.56 | 0.08 0.2 0.015 | 6.75 0.35 | for=cut color=orange material=steel
     household scissors with orange handles (shears, tool)
-corkscrew | corkscrew | in drawer 0.71 | 0.1 0.15 0.03 | 7.0 0.35 | for=open_bottles material=steel
+corkscrew | corkscrew | in drawer 0.56 | 0.1 0.15 0.03 | 7.0 0.35 | for=open_bottles material=steel
     a waiter's corkscrew with a folding blade (bottle opener, tool)
 dining table | dining table | floor | 0.9 1.4 0.75 | 7.1 2.8 | for=put_on,eat_at material=pine
     a rectangular pine dining table with a scratched top (table, desk)
