@@ -14,4 +14,5 @@ def matches(source: Source) -> bool:
 
 def read(source: Source, name: str | None) -> SceneGraph:
     """The scene as it was written, under its own name unless another is given."""
-    return scene_json.from_document(source.value(), name, source=str(source.path))
+    # The one who calls puts the file's name in front of errors; said here, it would stand there twice.
+    return scene_json.from_document(source.value(), name, source="cgdb scene")

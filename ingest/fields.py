@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import reprlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -32,6 +33,8 @@ def node_id(value: object, where: str) -> ObjectId:
         value = int(value)
     if isinstance(value, int) and abs(value) >= 2**64:
         raise SceneError(f"{where}: the id is a number of more than 64 bits")
+    if not isinstance(value, (int, str, np.integer)):
+        raise SceneError(f"{where}: an id must be a number or text, not {shown(value)}")
     try:
         found = canonical_id(value)
     except SceneError as error:
@@ -174,8 +177,11 @@ def shown(value: object) -> str:
     if isinstance(value, (dict, list, tuple, np.ndarray)) and len(value) > 8:
         return f"a {type(value).__name__} of {len(value)}"
     try:
-        found = repr(value)
-    except (ValueError, RecursionError):
+        # Not plain repr: a pickle can nest the same short list forty deep, and its repr would be endless.
+        short = reprlib.Repr()
+        short.maxlevel, short.maxstring = 2, 60
+        found = short.repr(value)
+    except ValueError:
         return f"a {type(value).__name__}"
     return found if len(found) <= 60 else found[:57] + "..."
 

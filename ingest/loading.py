@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cgdb.errors import FormatError, SceneError, UsageError, did_you_mean, one_of
+from cgdb.errors import FormatError, UsageError, did_you_mean, one_of
 from cgdb.ingest import strict_json
+from cgdb.ingest.report import Report, naming
 from cgdb.ingest.source import Source
 from cgdb.scene import Relation, SceneGraph, SceneObject, check_scene
 
 FORMATS: Mapping[str, str] = {
     "cgdb": "cgdb.ingest.cgdb_json",
     "conceptgraphs-planner": "cgdb.ingest.planner_json",
+    "conceptgraphs-main": "cgdb.ingest.conceptgraphs_main",
+    "conceptgraphs-cache": "cgdb.ingest.conceptgraphs_cache",
+    "conceptgraphs-ali": "cgdb.ingest.conceptgraphs_ali",
+    "conceptgraphs-ali-json": "cgdb.ingest.ali_json",
+    "spark-dsg": "cgdb.ingest.spark_dsg",
+    "virtualhome": "cgdb.ingest.virtualhome",
     "jsonl": "cgdb.ingest.json_lines",
     "json": "cgdb.ingest.plain_json",
 }
@@ -50,7 +56,7 @@ def load(
     file may unfold to.
     """
     path = Path(path)
-    with _naming(path):
+    with naming(str(path)):
         source = Source(path, max_bytes=max_bytes)
         scene = _read(source, name, format, part)
         check_scene(scene)
@@ -77,12 +83,11 @@ def stream(
     if batch < 1:
         raise UsageError(f"batch must be 1 or more, not {batch}")
     path = Path(path)
-    with _naming(path):
+    with naming(str(path)):
         source = Source(path, max_bytes=max_bytes)
         found = format or _detect(source)
         if found == "jsonl" and not relate:
             from cgdb.ingest import json_lines
-            from cgdb.ingest.report import Report
 
             report = Report()
             header = json_lines.header(source, name or source.default_name(), report)
@@ -96,7 +101,7 @@ def stream(
 def detect(path: str | Path) -> str:
     """The format of a map file or folder, by its content; FormatError when it is none of FORMATS."""
     path = Path(path)
-    with _naming(path):
+    with naming(str(path)):
         return _detect(Source(path))
 
 
@@ -131,21 +136,10 @@ def _described(source: Source) -> str:
     return f"a {source.kind} file"
 
 
-@contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    """Put the file's name in front of any error about its content, once."""
-    try:
-        yield
-    except (FormatError, SceneError) as error:
-        if path.name in error.message:
-            raise
-        raise type(error)(f"{path}: {error.message}", hint=error.hint) from error
-
-
 def _naming_each(
     path: Path, batches: Iterator[tuple[tuple[SceneObject, ...], tuple[Relation, ...]]]
 ) -> Iterator[tuple[tuple[SceneObject, ...], tuple[Relation, ...]]]:
-    with _naming(path):
+    with naming(str(path)):
         yield from batches
 
 

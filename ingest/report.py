@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
+from cgdb.errors import FormatError, SceneError
 from cgdb.ingest.source import Source
 
 MOST_WARNINGS = 50
@@ -47,3 +50,12 @@ class Report:
             "warnings": self.warnings,
             **more,
         }
+
+
+@contextmanager
+def naming(name: str) -> Iterator[None]:
+    """Put a file's name in front of any error about its content."""
+    try:
+        yield
+    except (FormatError, SceneError) as error:
+        raise type(error)(f"{name}: {error.message}", hint=error.hint) from error

@@ -41,7 +41,7 @@ class Source:
                 from cgdb.ingest import pickles
 
                 with self.open() as file:
-                    self._value = pickles.load(file)
+                    self._value = pickles.load(file, size=self.path.stat().st_size)
             self._is_read = True
         return self._value
 
