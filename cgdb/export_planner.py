@@ -1,7 +1,7 @@
 """The planner's JSON of the ConceptGraphs paper: what a language model is given to plan with.
 
 A list of objects with exactly the paper's fields, in its order: id, bbox_extent, bbox_center, object_tag, caption. With
-relations the document is ``{"objects": [that list], "relations": [{"source": id, "relation": label, "target": id}]}``.
+relations the document is ``{"objects": [that list], "relations": [{"source": id, "label": text, "target": id}]}``.
 Places are not part of it, nor are relations that one end of is a place. Boxes are axis-aligned in the scene's frame, in
 metres, because that is how a planner reads them: a rotated box is written as the upright box around it.
 
@@ -145,7 +145,7 @@ def _line(record: dict[str, Any], key: ObjectId) -> str:
 
 def _relation_line(relation: Relation) -> str:
     where = f"relation #{relation.source} {relation.label!r} #{relation.target}"
-    return json_text({"source": relation.source, "relation": relation.label, "target": relation.target}, where)
+    return json_text({"source": relation.source, "label": relation.label, "target": relation.target}, where)
 
 
 def _upright_extent(obj: SceneObject) -> NDArray[np.float64] | None:

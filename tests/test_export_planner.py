@@ -91,7 +91,16 @@ def test_relations_are_between_objects_only() -> None:
     found = json.loads(dumps(scene, "planner", relations=True))
     assert list(found) == ["objects", "relations"]
     assert [record["id"] for record in found["objects"]] == [1, 2]
-    assert found["relations"] == [{"source": 1, "relation": "on", "target": 2}]
+    assert found["relations"] == [{"source": 1, "label": "on", "target": 2}]
+
+
+def test_relations_are_read_back_too(tmp_path: Path, flat: SceneGraph) -> None:
+    export(flat, tmp_path / "flat.planner.json", relations=True)
+    again = cgdb.ingest.load(tmp_path / "flat.planner.json", relate=False)
+    ids = {obj.id for obj in flat.objects}
+    assert [(r.source, r.label, r.target) for r in again.relations] == [
+        (r.source, r.label, r.target) for r in flat.relations if r.source in ids
+    ]
 
 
 def test_without_a_need_nothing_is_dropped(flat: SceneGraph) -> None:
@@ -141,13 +150,13 @@ def test_relations_that_follow_from_the_boxes_go_first() -> None:
     )
     scene = SceneGraph(name="s", objects=objects, relations=relations)
     size = len(dumps(scene, "planner", relations=True).encode())
-    line = len('{"source": 1, "relation": "near", "target": 2},\n')
+    line = len('{"source": 1, "label": "near", "target": 2},\n')
     labels = []
     for dropped in range(3):
         budget = -(-(size - line * dropped) // BYTES_PER_TOKEN)
         found = json.loads(dumps(scene, "planner", relations=True, max_tokens=budget))
         assert len(found["objects"]) == 4
-        labels.append([(r["source"], r["relation"]) for r in found["relations"]])
+        labels.append([(r["source"], r["label"]) for r in found["relations"]])
     assert labels == [[(0, "on"), (1, "near"), (2, "near")], [(0, "on"), (1, "near")], [(0, "on")]]
 
 
