@@ -43,8 +43,6 @@ def graphml(scene: SceneGraph) -> Document:
     Boxes become ``center_x`` to ``extent_z``, lists become text joined by "; ", a property p becomes ``property_p``,
     ids become text. Characters that XML forbids are dropped.
     """
-    import networkx
-
     graph = _empty()
     graph.graph.update(name=_xml(scene.name), frame=_xml(scene.frame), up=scene.up)
     names: dict[ObjectId, str] = {}
@@ -57,6 +55,8 @@ def graphml(scene: SceneGraph) -> Document:
         graph.add_node(names[node.id], **_flat(_node_attributes(node)))
     for relation in scene.relations:
         graph.add_edge(names[relation.source], names[relation.target], **_flat(_edge_attributes(relation)))
+    import networkx
+
     lines = networkx.generate_graphml(graph, named_key_ids=True)
     head = '<?xml version="1.0" encoding="utf-8"?>\n'
     return Document(pieces=_pieces(head, lines), notes=_left_out(scene))

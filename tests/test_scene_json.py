@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+import cgdb.ingest
 from cgdb.errors import CgdbError, ExportError, FormatError, SceneError
 from cgdb.export import dumps
 from cgdb.ingest import scene_json
@@ -352,6 +353,25 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
     for path in (tmp_path / "none.json", tmp_path):
         with pytest.raises(FormatError):
             scene_json.read(path, None)
+
+
+REAL_MAPS = [
+    "conceptgraphs/room0_planner.json",
+    "conceptgraphs/ali-dev/pcd_r_mapping_sample.pkl.gz",
+    "conceptgraphs/main/full_pcd_sample_post.pkl.gz",
+    "hydra/apartment_dsg.json",
+    "virtualhome/TestScene3_graph.json",
+]
+
+
+@pytest.mark.parametrize("name", REAL_MAPS)
+def test_real_maps_come_back_bit_by_bit(data: Path, name: str) -> None:
+    scene = cgdb.ingest.load(data / "maps" / name, relate=False)
+    assert scene.objects
+    text = dumps(scene)
+    again = scene_json.from_document(json.loads(text))
+    assert plain(again) == plain(scene)
+    assert dumps(again) == text
 
 
 def test_a_misspelled_field_has_a_hint() -> None:
