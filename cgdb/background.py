@@ -1,33 +1,25 @@
-"""The background: everyday things that a text is compared with before it is said to fit an object."""
+"""The background: phrases about everyday things, with which a question is compared before it is said to fit an object.
+
+A cosine of 0.4 means nothing by itself: some questions are near to everything. It means much when the question is far
+from four hundred other things. The phrases are the names and uses in the table of everyday things (cgdb.everyday), so
+that their vectors, made once per encoder and cached by the caller, serve the contrast and the knowledge alike.
+"""
 
 from __future__ import annotations
 
-_THINGS = """
-chair; armchair; office chair; sofa; bench; stool; ottoman; bed; mattress; crib; dining table; coffee table; desk;
-side table; nightstand; cabinet; wardrobe; dresser; bookshelf; drawer; sideboard; kitchen counter; sink; faucet; toilet;
-bathtub; shower; mirror; towel; soap dispenser; toothbrush; toilet paper; hair dryer; washing machine; clothes dryer;
-iron; ironing board; laundry basket; trash can; recycling bin; broom; mop; vacuum cleaner; bucket; refrigerator; oven;
-stove; microwave oven; dishwasher; toaster; coffee machine; kettle; blender; frying pan; pot; knife; fork; spoon; plate;
-bowl; cup; mug; wine glass; bottle; water bottle; can of beer; jar; cutting board; bread; apple; banana; orange;
-vegetables; pizza; cake; sandwich; cereal; milk; cheese; egg; snack; lamp; floor lamp; ceiling light; candle; lantern;
-flashlight; window; curtain; window blinds; door; door handle; wall; floor; ceiling; carpet; rug; staircase; fireplace;
-radiator; air conditioner; fan; heater; vent; electrical outlet; light switch; thermostat; smoke detector;
-fire extinguisher; television; computer monitor; laptop; keyboard; computer mouse; printer; phone; tablet; headphones;
-speaker; camera; remote control; game console; router; charger; cable; battery; robot; clock; watch; calendar; book;
-magazine; newspaper; notebook; pen; pencil; scissors; stapler; tape; glue; ruler; paper; envelope; cardboard box;
-backpack; handbag; suitcase; wallet; umbrella; keys; glasses; sunglasses; hat; shoes; boots; socks; shirt; trousers;
-dress; jacket; coat; gloves; scarf; belt; tie; clothes hanger; pillow; cushion; blanket; bed sheet; potted plant;
-flower; vase; tree; painting; photograph; poster; picture frame; sculpture; figurine; toy; teddy bear; doll; toy car;
-puzzle; board game; ball; basketball; tennis racket; bicycle; skateboard; helmet; dumbbell; yoga mat; treadmill; guitar;
-piano; drum; violin; hammer; screwdriver; wrench; drill; saw; pliers; nails; ladder; toolbox; rope; chain; lock; hose;
-shovel; wheelbarrow; lawn mower; fence; car; truck; motorcycle; bus; train; boat; airplane; traffic light; street sign;
-road; bridge; building; house; tent; sleeping bag; dog; cat; bird; fish; aquarium; horse; person; baby; wheelchair;
-stroller; medicine; bandage; thermometer; syringe; microscope; telescope; whiteboard; blackboard; projector;
-filing cabinet; shelf; rack; pallet; crate; barrel; conveyor belt; forklift; pipe; valve; engine; solar panel; brick;
-stone; sand; grass; river; mountain; beach; sky
-"""
+from cgdb.knowledge import knowledge
 
 
 def texts() -> tuple[str, ...]:
     """The phrases whose vectors a Scorer takes as its background, in a fixed order."""
-    return tuple(name.strip() for name in _THINGS.replace("\n", " ").split(";"))
+    return knowledge().texts()
+
+
+def names() -> tuple[str, ...]:
+    """The names of things among texts(), which they begin with: the background of an image space."""
+    return knowledge().names
+
+
+def version() -> str:
+    """Changes whenever texts() does: part of the key under which the vectors are cached."""
+    return knowledge().version

@@ -73,6 +73,6 @@ IRREGULAR: Mapping[str, str] = {
     "photos": "photograph", "grey": "gray", "colour": "color", "colours": "color", "coloured": "color",
     "centre": "center",
     "worn": "wear", "wore": "wear", "sat": "sit", "held": "hold", "kept": "keep", "drunk": "drink", "drank": "drink",
-    "ate": "eat", "eaten": "eat", "lit": "light", "slept": "sleep", "wrote": "write", "written": "write",
+    "ate": "eat", "eaten": "eat", "slept": "sleep", "wrote": "write", "written": "write",
     "bus": "bus", "gas": "gas", "lens": "lens", "always": "always", "this": "this", "scissors": "scissor",
 }  # fmt: skip

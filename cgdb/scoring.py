@@ -1,4 +1,18 @@
-"""What ``o ~ "text"`` means as a number: a degree in [0, 1] per object, 0.5 being the line between fits and not."""
+"""What ``o ~ "text"`` means as a number: a degree in [0, 1] per object, 0.5 being the line between fits and not.
+
+No raw cosine is compared with a constant. Each evidence is a **contrast with a background**: by how many standard
+deviations the question is nearer to this object's text (or image feature) than to the names of some four hundred
+everyday things (cgdb.background), in the same space. A question that is near to everything gains nothing by it, and
+the same line holds for encoders whose cosines live in different ranges.
+
+Sources: score normalisation by an impostor cohort is the Z-norm of speaker verification (Auckenthaler, Carey and
+Lloyd-Thomas 2000, "Score normalization for text-independent speaker verification systems"), here with the question as
+the model and the everyday things as its impostors; comparing with canonical background phrases is LERF's relevancy
+(Kerr et al. 2023, "LERF: Language embedded radiance fields"); that raw neighbour scores are unfair to some questions is
+the hubness that CSLS corrects (Conneau et al. 2018, "Word translation without parallel data"). The log-odds of the
+evidences are averaged with weights, a logarithmic opinion pool (Genest and Zidek 1986, "Combining probability
+distributions"), which leaves out what is missing without moving the line.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +22,28 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cgdb.knowledge import Facets, Knowledge, knowledge
 from cgdb.texts import Source, TextIndex
+from cgdb.words import query_words
 
 Floats = NDArray[np.float32]
+Rows = NDArray[np.int64]
+
+NEAR_ENOUGH = 0.55
+"""Cosine from which a name that the table lacks ("voice assitant") is taken for the nearest thing that it has."""
+
+_GROUPS: Mapping[str, tuple[Source, ...]] = {
+    "name": (Source.NAME, Source.HEAD),
+    "caption": (Source.CAPTION, Source.PROPERTY),
+}
+"""The evidences that sentence embeddings give, and the sources of the texts behind them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Meaning:
     """What is looked for: a text, its vector in the caption encoder's space, its vectors in the image spaces.
 
-    text may be None (a picture, another object); vector (384,) and features {space: (d,)} are normalised or not.
+    text may be None (a picture, another object). vector (d,) and features {space: (d,)} need not be normalised.
     """
 
     text: str | None = None
@@ -27,9 +53,11 @@ class Meaning:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Space:
-    """The image features of a scene in one space: keys (n,) int64, vectors (n, d) float32.
+    """The image features of a scene in one space: keys (n,) int64 ascending, vectors (n, d) float32.
 
-    background: (m, d) vectors of background.texts() by the space's text encoder, or None where there is none.
+    background: (m, d) vectors of background.names() by the space's text encoder. Without it (the encoder is not at
+    hand, the question is a picture) the contrast is with the scene's own features: the best of this scene stand out,
+    whether they are good or not.
     """
 
     keys: NDArray[np.int64]
@@ -39,33 +67,93 @@ class Space:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
-    """keys (n,) int64; degree (n,) float32, all evidence together; parts: {evidence: (n,) float32, NaN = has none}."""
+    """keys (n,) int64; degree (n,) float32, all evidence together; parts: {evidence: (n,) float32, NaN = has none}.
+
+    asks: what the text was understood to ask; None where the meaning has no text.
+    """
 
     keys: NDArray[np.int64]
     degree: Floats
     parts: Mapping[str, Floats]
+    meaning: Meaning
+    asks: Facets | None
 
     def of(self, key: int) -> float:
-        """The degree of one object; 0 for a key that the scene does not have."""
+        """The degree of one object; 0 for a key that is not among the keys."""
         row = int(np.searchsorted(self.keys, key))
         return float(self.degree[row]) if row < len(self.keys) and int(self.keys[row]) == key else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Calibration:
-    """The line (z-score at degree 0.5) and the slope of each evidence, and what each counts for when fused."""
+    """The few fitted numbers: where each evidence says 0.5, how steeply, and what it counts for in the pool.
 
-    line: Mapping[str, float] = field(default_factory=lambda: {"name": 2.0, "caption": 2.0, "image": 2.0, "words": 0.5})
-    slope: Mapping[str, float] = field(
-        default_factory=lambda: {"name": 1.5, "caption": 1.5, "image": 1.5, "words": 6.0}
+    line, slope: in standard deviations above the background. weight: {form of the question: {evidence: weight}}.
+    words: {form: log-odds that a full match of the question's words adds}. argument: log-odds that a thing loses when
+    the question only says what is to be done to it.
+    """
+
+    line: Mapping[str, float] = field(default_factory=lambda: {"name": 2.0, "caption": 2.0, "image": 2.0, "use": 3.0})
+    slope: Mapping[str, float] = field(default_factory=lambda: {"name": 1.5, "caption": 1.5, "image": 1.5, "use": 1.5})
+    weight: Mapping[str, Mapping[str, float]] = field(
+        default_factory=lambda: {
+            "kind": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 2.0},
+            "use": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 1.0},
+            "traits": {"name": 0.1, "caption": 0.1, "image": 0.5, "known": 2.0},
+        }
     )
-    weight: Mapping[str, float] = field(
-        default_factory=lambda: {"name": 0.6, "caption": 0.4, "image": 0.7, "words": 0.5}
-    )
+    words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "use": 1.0, "traits": 0.5})
+    argument: float = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Lists:
+    """Lists of ids per row, as CSR, with the rows whose list is not empty: what reduceat needs."""
+
+    indptr: Rows
+    ids: NDArray[np.int32]
+    filled: Rows
+    starts: Rows
+
+    @classmethod
+    def of(cls, n: int, rows: NDArray[np.int32], ids: NDArray[np.int32]) -> _Lists:
+        """rows must ascend."""
+        indptr = np.searchsorted(rows, np.arange(n + 1)).astype(np.int64)
+        return cls._of_pointers(indptr, ids)
+
+    @classmethod
+    def _of_pointers(cls, indptr: Rows, ids: NDArray[np.int32]) -> _Lists:
+        filled = np.flatnonzero(np.diff(indptr))
+        return cls(indptr=indptr, ids=ids, filled=filled, starts=indptr[filled])
+
+    def only(self, rows: Rows) -> _Lists:
+        """The lists of some rows, renumbered."""
+        counts = self.indptr[rows + 1] - self.indptr[rows]
+        indptr = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
+        flat = np.arange(int(indptr[-1])) + np.repeat(self.indptr[rows] - indptr[:-1], counts)
+        return self._of_pointers(indptr, self.ids[flat])
+
+    def best(self, values: Floats) -> Floats:
+        """(n,) per row the largest of its ids' values, NaN where there is none."""
+        best = np.full(len(self.indptr) - 1, np.nan, dtype=np.float32)
+        if len(self.filled):
+            best[self.filled] = np.fmax.reduceat(values[self.ids], self.starts)
+        return best
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _View:
+    """The rows that a question is asked of: all of the scene, or the few that a plan has left."""
+
+    rows: Rows | None
+    keys: NDArray[np.int64]
+    texts: Mapping[str, _Lists]
+    things: _Lists
+    stated: NDArray[np.uint64]
 
 
 class Scorer:
-    """Degrees of meanings over one scene; built once per scene, then a matrix-vector product per question."""
+    """Degrees of meanings over one scene; built once per scene, then matrix-vector products per question."""
 
     def __init__(
         self,
@@ -76,94 +164,206 @@ class Scorer:
         spaces: Mapping[str, Space] | None = None,
         calibration: Calibration | None = None,
     ) -> None:
-        """embeddings: (index.n_encoded, d) rows of index.texts, NaN rows where not yet encoded.
+        """embeddings: (index.n_encoded, d) normalised rows for index.texts, NaN rows where not yet encoded.
 
-        background: (m, d) vectors of background.texts() by the same encoder; without it, the scene's own texts.
+        background: (m, d) normalised vectors of background.texts() by the same encoder. Without embeddings, words and
+        common knowledge answer alone; without background, the scene's own texts stand in and uses are unknown.
         """
         self.index = index
         self.keys = index.keys
+        self._known: Knowledge = knowledge()
         self._calibration = calibration or Calibration()
         self._embeddings = embeddings
         self._background = background
-        entry_rows = index.rows_of_entries()
-        self._groups: dict[str, tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int64]]] = {}
-        for name, wanted in (("name", (Source.NAME, Source.HEAD)), ("caption", (Source.CAPTION, Source.PROPERTY))):
-            chosen = np.isin(index.sources, wanted)
-            rows = entry_rows[chosen]
-            first = (
-                np.flatnonzero(np.concatenate(([True], rows[1:] != rows[:-1]))) if len(rows) else np.zeros(0, np.int64)
-            )
-            self._groups[name] = (rows[first], index.text_ids[chosen], first)
-        self._spaces = {}
+        self._image_rows: dict[str, NDArray[np.int64]] = {}
+        self._images: dict[str, tuple[Floats, Floats, Floats | None]] = {}
         for name, space in (spaces or {}).items():
-            place = np.searchsorted(self.keys, space.keys)
-            known = (place < len(self.keys)) & (self.keys[np.minimum(place, len(self.keys) - 1)] == space.keys)
-            vectors = normalised(space.vectors if known.all() else space.vectors[known])
-            self._spaces[name] = (
-                rows[known],
-                vectors,
-                None if space.background is None else normalised(space.background),
-            )
+            self._add_space(name, space)
+        n, rows = len(index.keys), index.rows_of_entries()
+        texts = {}
+        for name, sources in _GROUPS.items():
+            chosen = np.isin(index.sources, sources)
+            texts[name] = _Lists.of(n, rows[chosen], index.text_ids[chosen])
+        self._all = _View(rows=None, keys=index.keys, texts=texts, things=self._things(), stated=index.facts.stated)
 
-    def degrees(self, meaning: Meaning) -> Evidence:
-        """The degree of every object for one meaning."""
+    def degrees(self, meaning: Meaning, keys: NDArray[np.int64] | None = None) -> Evidence:
+        """The degree of every object, or of those of ``keys`` (ascending; unknown ones are left out)."""
+        view = self._all if keys is None else self._narrowed(keys)
         parts: dict[str, Floats] = {}
-        n = len(self.keys)
-        if meaning.text is not None:
-            words = self.index.words.degrees(meaning.text)
-            parts["words"] = self._calibrated("words", words)
+        asks = None if meaning.text is None else self._known.facets(meaning.text)
+        background: Floats | None = None
         if meaning.vector is not None and self._embeddings is not None:
-            query = normalised(meaning.vector[None])[0]
-            cosines = self._embeddings @ query
-            against = (self._background @ query) if self._background is not None else cosines[np.isfinite(cosines)]
-            z = contrast(cosines, against)
-            for name, (rows, texts, first) in self._groups.items():
-                part = np.full(n, np.nan, dtype=np.float32)
-                if len(rows):
-                    part[rows] = np.fmax.reduceat(z[texts], first)
-                parts[name] = self._calibrated(name, part)
-        for name, query in meaning.features.items():
-            if name not in self._spaces:
-                continue
-            space_rows, vectors, background = self._spaces[name]
-            query = normalised(query[None])[0]
-            cosines = vectors @ query
-            part = np.full(n, np.nan, dtype=np.float32)
-            part[space_rows] = contrast(cosines, cosines if background is None else background @ query)
-            parts[f"image:{name}"] = self._calibrated("image", part)
-        return Evidence(keys=self.keys, degree=self._fused(parts), parts=parts)
+            query = _unit(meaning.vector)
+            background = None if self._background is None else self._background @ query
+            parts.update(self._text_parts(view, query, background))
+        if asks is not None:
+            parts["known"] = self._known_part(view, asks, background)
+            words = self.index.words.degrees(meaning.text or "")
+            parts["words"] = words if view.rows is None else words[view.rows]
+        for name, vector in meaning.features.items():
+            if name in self._images:
+                parts[f"image:{name}"] = self._image_part(view, name, _unit(vector))
+        return Evidence(
+            keys=view.keys, degree=self._fused(view, parts, meaning, asks), parts=parts, meaning=meaning, asks=asks
+        )
 
     def explain(self, evidence: Evidence, key: int) -> dict[str, object]:
-        """Which evidence said what about one object, for the rows that are shown."""
-        row = int(np.searchsorted(self.keys, key))
-        found = {name: round(float(part[row]), 3) for name, part in evidence.parts.items() if np.isfinite(part[row])}
-        return {"degree": round(float(evidence.degree[row]), 3), "evidence": found}
+        """Which evidence said what of one object, and by which text: for the few rows that are shown."""
+        row = int(np.searchsorted(evidence.keys, key))
+        if row >= len(evidence.keys) or int(evidence.keys[row]) != key:
+            return {"degree": 0.0, "evidence": {}}
+        said = {name: round(float(part[row]), 3) for name, part in evidence.parts.items() if np.isfinite(part[row])}
+        why: dict[str, object] = {"degree": round(float(evidence.degree[row]), 3), "evidence": said}
+        place = int(np.searchsorted(self.keys, key))
+        if evidence.meaning.vector is not None and self._embeddings is not None:
+            query = _unit(evidence.meaning.vector)
+            for name, lists in self._all.texts.items():
+                ids = lists.ids[lists.indptr[place] : lists.indptr[place + 1]]
+                cosines = self._embeddings[ids] @ query
+                if np.isfinite(cosines).any():
+                    why[name] = self.index.texts[int(ids[int(np.nanargmax(cosines))])]
+        if evidence.asks is not None:
+            things = self._all.things.ids[self._all.things.indptr[place] : self._all.things.indptr[place + 1]]
+            why["known_as"] = [self._known.names[i] for i in things.tolist()]
+            why["asked"] = self._known.describe(evidence.asks)
+        return why
 
-    def _calibrated(self, name: str, values: Floats) -> Floats:
+    def _add_space(self, name: str, space: Space) -> None:
+        lengths = np.sqrt(np.einsum("ij,ij->i", space.vectors, space.vectors))
+        rows = np.full(len(self.keys), -1, dtype=np.int64)
+        place = np.searchsorted(self.keys, space.keys)
+        known = (place < len(self.keys)) & (self.keys[np.minimum(place, len(self.keys) - 1)] == space.keys)
+        rows[place[known]] = np.flatnonzero(known)
+        self._image_rows[name] = rows
+        background = None if space.background is None else normalised(space.background)
+        self._images[name] = (space.vectors, np.where(lengths > 0, lengths, 1.0).astype(np.float32), background)
+
+    def _things(self) -> _Lists:
+        """The things of the table that each row is called; for names it lacks, the nearest by embedding."""
+        facts = self.index.facts
+        rows, things = facts.thing_rows, facts.thing_ids
+        if self._embeddings is not None and self._background is not None and len(facts.unknown_rows):
+            texts, where = np.unique(facts.unknown_texts, return_inverse=True)
+            cosines: Floats = (
+                np.nan_to_num(self._embeddings[texts], nan=0.0) @ self._background[: len(self._known.names)].T
+            )
+            nearest = cosines.argmax(axis=1)
+            chosen = (cosines[np.arange(len(texts)), nearest] >= NEAR_ENOUGH)[where]
+            rows = np.concatenate([rows, facts.unknown_rows[chosen]])
+            things = np.concatenate([things, nearest[where][chosen].astype(np.int32)])
+            order = np.argsort(rows, kind="stable")
+            rows, things = rows[order], things[order]
+        return _Lists.of(len(self.keys), rows, things)
+
+    def _narrowed(self, keys: NDArray[np.int64]) -> _View:
+        place = np.minimum(np.searchsorted(self.keys, keys), max(len(self.keys) - 1, 0))
+        rows = place[self.keys[place] == keys] if len(self.keys) else np.zeros(0, np.int64)
+        return _View(
+            rows=rows,
+            keys=self.keys[rows],
+            texts={name: lists.only(rows) for name, lists in self._all.texts.items()},
+            things=self._all.things.only(rows),
+            stated=self._all.stated[rows],
+        )
+
+    def _text_parts(self, view: _View, query: Floats, background: Floats | None) -> dict[str, Floats]:
+        """The evidence of names and captions: the best of a row's texts, against the background."""
+        assert self._embeddings is not None
+        with np.errstate(invalid="ignore"):
+            if view.rows is None:
+                cosines = self._embeddings @ query
+            else:
+                needed = np.unique(np.concatenate([lists.ids for lists in view.texts.values()]))
+                cosines = np.full(len(self._embeddings), np.nan, dtype=np.float32)
+                cosines[needed] = self._embeddings[needed] @ query
+        against = cosines[np.isfinite(cosines)] if background is None else background[: len(self._known.names)]
+        z = contrast(cosines, against)
+        return {name: self._calibrated(name, lists.best(z)) for name, lists in view.texts.items()}
+
+    def _image_part(self, view: _View, name: str, query: Floats) -> Floats:
+        vectors, lengths, background = self._images[name]
+        rows = self._image_rows[name] if view.rows is None else self._image_rows[name][view.rows]
+        cosines = (vectors @ query) / lengths
+        z = contrast(cosines, cosines if background is None else background @ query)
+        part = np.full(len(rows), np.nan, dtype=np.float32)
+        part[rows >= 0] = z[rows[rows >= 0]]
+        return self._calibrated("image", part)
+
+    def _known_part(self, view: _View, asks: Facets, background: Floats | None) -> Floats:
+        """(n,) what common knowledge says: kind, traits and use asked for, multiplied; NaN where it says nothing."""
+        known = self._known
+        part = np.full(len(view.keys), np.nan, dtype=np.float32)
+        of_thing: Floats = np.ones(len(known.names), dtype=np.float32)
+        use = asks.rest is not None and background is not None
+        if asks.kinds:
+            of_thing = of_thing * known.kind_degrees(asks.kinds)
+        if use and background is not None:
+            of_thing = of_thing * self._use_degrees(background)
+        if asks.kinds or use:
+            part = view.things.best(of_thing)
+        for trait in asks.traits:
+            usual = view.things.best(known.has[:, trait])
+            degree = known.trait_degrees(trait, view.stated, usual)
+            part = np.where(np.isfinite(part), part * degree, degree)
+        return part
+
+    def _use_degrees(self, background: Floats) -> Floats:
+        """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name."""
+        names, uses = background[: len(self._known.names)], background[len(self._known.names) :]
+        z = contrast(uses, uses)
+        best = np.full(len(names), -np.inf, dtype=np.float32)
+        np.maximum.at(best, self._known.use_of[:, 1], z[self._known.use_of[:, 0]])
+        return np.maximum(self._calibrated("use", best), self._calibrated("name", contrast(names, names)))
+
+    def _calibrated(self, name: str, z: Floats) -> Floats:
         line, slope = self._calibration.line[name], self._calibration.slope[name]
-        return np.asarray(1.0 / (1.0 + np.exp(-slope * (values - line))), dtype=np.float32)
+        return np.asarray(1.0 / (1.0 + np.exp(-slope * (z - np.float32(line)))), dtype=np.float32)
 
-    def _fused(self, parts: Mapping[str, Floats]) -> Floats:
-        total = np.zeros(len(self.keys), dtype=np.float32)
-        mass = np.zeros(len(self.keys), dtype=np.float32)
+    def _fused(self, view: _View, parts: Mapping[str, Floats], meaning: Meaning, asks: Facets | None) -> Floats:
+        """Pool the evidences' log-odds, leaving out what is missing; add what the words say."""
+        n = len(view.keys)
+        if meaning.text is not None and not meaning.features and not query_words(meaning.text):
+            return np.ones(n, dtype=np.float32)  # "something" asks nothing, and everything is that
+        form = "kind" if asks is None else asks.form
+        total, mass = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
         for name, part in parts.items():
-            weight = self._calibration.weight[name.partition(":")[0]]
-            known = np.isfinite(part)
-            clipped = np.clip(np.where(known, part, 0.5), 0.001, 0.999)
-            total += np.float32(weight) * np.log(clipped / (1.0 - clipped)) * known
-            mass += np.float32(weight) * known
-        degree = 1.0 / (1.0 + np.exp(-total / np.maximum(mass, 1e-6)))
-        return np.where(mass > 0, degree, 0.0).astype(np.float32)
-
-
-def normalised(vectors: Floats) -> Floats:
-    """Rows scaled to length 1 (zero rows stay zero), float32."""
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0), dtype=np.float32)
+            weight = self._calibration.weight[form].get(name.partition(":")[0], 0.0)
+            if weight:
+                has = np.isfinite(part)
+                total += np.float32(weight) * _log_odds(np.where(has, part, 0.5))
+                mass += np.float32(weight) * has
+        words = parts.get("words")
+        pooled = total / np.maximum(mass, np.float32(1e-6))
+        if words is not None:
+            alone = np.float32(8.0) * (words - np.float32(0.5))
+            pooled = np.where(mass > 0, pooled + np.float32(self._calibration.words[form]) * words, alone)
+        if asks is not None and asks.arguments:
+            is_argument = self._known.is_a[:, list(asks.arguments)].any(axis=1).astype(np.float32)
+            mentioned = np.nan_to_num(view.things.best(is_argument), nan=0.0)
+            pooled = pooled - np.float32(self._calibration.argument) * mentioned
+        degree = 1.0 / (1.0 + np.exp(-pooled))
+        return np.where((mass > 0) | (words is not None), degree, 0.0).astype(np.float32)
 
 
 def contrast(cosines: Floats, background: Floats) -> Floats:
     """How many standard deviations each cosine lies above those of the background with the same question."""
     if len(background) == 0:
         return np.zeros_like(cosines)
-    return np.asarray((cosines - background.mean()) / max(float(background.std()), 1e-3), dtype=np.float32)
+    spread = max(float(background.std()), 1e-3)
+    return np.asarray((cosines - np.float32(background.mean())) / np.float32(spread), dtype=np.float32)
+
+
+def normalised(vectors: Floats) -> Floats:
+    """Rows scaled to length 1, float32; zero rows stay zero."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0), dtype=np.float32)
+
+
+def _unit(vector: Floats) -> Floats:
+    unit: Floats = normalised(np.asarray(vector, dtype=np.float32)[None])[0]
+    return unit
+
+
+def _log_odds(degree: Floats) -> Floats:
+    clipped = np.clip(degree, 1e-3, 1.0 - 1e-3)
+    return np.asarray(np.log(clipped / (1.0 - clipped)), dtype=np.float32)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError
+from cgdb.knowledge import knowledge
 from cgdb.words import WordIndex, pack_strings, parse, unpack_strings
 
 FORMAT = 1
@@ -71,6 +72,21 @@ ENCODED = frozenset({Source.NAME, Source.HEAD, Source.CAPTION, Source.PROPERTY})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Facts:
+    """What the texts of nodes say in terms of the table of everyday things.
+
+    stated: (n,) uint64, bit t = the map says that the node has trait t. thing_rows ascending, thing_ids: pairs (node
+    row, thing that it is called). unknown_rows, unknown_texts: nodes called something that the table does not know.
+    """
+
+    stated: NDArray[np.uint64]
+    thing_rows: NDArray[np.int32]
+    thing_ids: NDArray[np.int32]
+    unknown_rows: NDArray[np.int32]
+    unknown_texts: NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TextIndex:
     """All texts of one scene and the words in them.
 
@@ -86,6 +102,7 @@ class TextIndex:
     text_ids: NDArray[np.int32]
     sources: NDArray[np.uint8]
     words: WordIndex
+    facts: Facts
 
     @classmethod
     def build(cls, nodes: Iterable[Node]) -> TextIndex:
@@ -117,6 +134,7 @@ class TextIndex:
             text_ids=text_ids,
             sources=source_of,
             words=_word_index(texts, indptr, text_ids, source_of),
+            facts=_facts(texts, indptr, text_ids, source_of),
         )
 
     def rows_of_entries(self) -> NDArray[np.int32]:
@@ -140,6 +158,12 @@ class TextIndex:
             "text_ids": self.text_ids,
             "sources": self.sources,
             **self.words.arrays(),
+            "knowledge": pack_strings([knowledge().version]),
+            "stated": self.facts.stated,
+            "thing_rows": self.facts.thing_rows,
+            "thing_ids": self.facts.thing_ids,
+            "unknown_rows": self.facts.unknown_rows,
+            "unknown_texts": self.facts.unknown_texts,
         }
         with path.open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
@@ -151,6 +175,8 @@ class TextIndex:
             with np.load(path, allow_pickle=False) as arrays:
                 if int(arrays["format"][0]) != FORMAT:
                     raise ValueError(f"it is of format {int(arrays['format'][0])}, expected {FORMAT}")
+                if unpack_strings(arrays["knowledge"]) != [knowledge().version]:
+                    raise ValueError("it was made with another table of everyday things")
                 index = cls(
                     keys=arrays["keys"].astype(np.int64),
                     texts=tuple(unpack_strings(arrays["texts"])),
@@ -159,6 +185,13 @@ class TextIndex:
                     text_ids=arrays["text_ids"].astype(np.int32),
                     sources=arrays["sources"].astype(np.uint8),
                     words=WordIndex.from_arrays(arrays),
+                    facts=Facts(
+                        stated=arrays["stated"].astype(np.uint64),
+                        thing_rows=arrays["thing_rows"].astype(np.int32),
+                        thing_ids=arrays["thing_ids"].astype(np.int32),
+                        unknown_rows=arrays["unknown_rows"].astype(np.int32),
+                        unknown_texts=arrays["unknown_texts"].astype(np.int32),
+                    ),
                 )
             index._check()
         except FileNotFoundError:
@@ -177,6 +210,19 @@ class TextIndex:
             raise ValueError("row pointers do not fit the entries")
         if (np.diff(self.indptr) < 0).any() or len(self.sources) != entries or self.words.n != n:
             raise ValueError("arrays do not fit together")
+        facts, things = self.facts, len(knowledge().names)
+        if len(facts.stated) != n or len(facts.thing_rows) != len(facts.thing_ids):
+            raise ValueError("what is known of the nodes does not fit them")
+        if len(facts.unknown_rows) != len(facts.unknown_texts):
+            raise ValueError("what is unknown of the nodes does not fit them")
+        for ids, limit in (
+            (facts.thing_rows, n),
+            (facts.unknown_rows, n),
+            (facts.thing_ids, things),
+            (facts.unknown_texts, self.n_encoded),
+        ):
+            if len(ids) and (int(ids.min()) < 0 or int(ids.max()) >= limit):
+                raise ValueError("what is known of the nodes points outside them")
         if not 0 <= self.n_encoded <= len(self.texts):
             raise ValueError("more texts to encode than there are")
         if entries and (int(self.text_ids.min()) < 0 or int(self.text_ids.max()) >= len(self.texts)):
@@ -225,3 +271,38 @@ def _word_index(
     rows = np.repeat(np.arange(len(indptr) - 1, dtype=np.int32), np.diff(indptr))
     used = weights > 0
     return WordIndex.build(texts, n=len(indptr) - 1, text_of=text_ids[used], row_of=rows[used], weight_of=weights[used])
+
+
+def _facts(
+    texts: tuple[str, ...], indptr: NDArray[np.int64], text_ids: NDArray[np.int32], sources: NDArray[np.uint8]
+) -> Facts:
+    """Look every name and head phrase up once and spread what was found over the nodes."""
+    known = knowledge()
+    called = np.isin(sources, (Source.NAME, Source.HEAD))
+    telling = called | (sources == Source.PROPERTY)
+    masks = np.zeros(len(texts), dtype=np.uint64)
+    counts = np.zeros(len(texts), dtype=np.int64)
+    found: list[int] = []
+    starts = np.zeros(len(texts), dtype=np.int64)
+    for t in np.unique(text_ids[telling]).tolist():
+        masks[t] = known.stated(texts[t])
+    for t in np.unique(text_ids[called]).tolist():
+        things = known.things_named(texts[t])
+        starts[t], counts[t] = len(found), len(things)
+        found.extend(things)
+    rows = np.repeat(np.arange(len(indptr) - 1, dtype=np.int32), np.diff(indptr))
+    stated = np.zeros(len(indptr) - 1, dtype=np.uint64)
+    np.bitwise_or.at(stated, rows[telling], masks[text_ids[telling]])
+    rows, named = rows[called], text_ids[called]
+    count = counts[named]
+    offset = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    things_of = np.asarray(found, dtype=np.int32)[np.repeat(starts[named], count) + offset]
+    pairs = np.unique(np.stack([np.repeat(rows, count), things_of], axis=1), axis=0) if len(things_of) else None
+    unknown = count == 0
+    return Facts(
+        stated=stated,
+        thing_rows=pairs[:, 0].astype(np.int32) if pairs is not None else np.zeros(0, np.int32),
+        thing_ids=pairs[:, 1].astype(np.int32) if pairs is not None else np.zeros(0, np.int32),
+        unknown_rows=rows[unknown],
+        unknown_texts=named[unknown],
+    )

@@ -211,6 +211,12 @@ def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bo
             and (following in DETERMINERS or following in RELATION_WORDS or following in PRONOUNS)
         ):
             break
+        if token == "," and has_noun:
+            # "a footstool, ottoman, or coffee table" lists names; "a couch, one cushion torn" goes on to describe.
+            if not _lists(found, i):
+                break
+            close()
+            continue
         if has_noun and (token in RELATION_WORDS or (token.endswith(("ing", "ed")) and following in RELATION_WORDS)):
             break
         if roles[i] is None or (token in RELATION_WORDS and not segment):
@@ -237,6 +243,14 @@ def _phrase_end(found: Sequence[str], start: int) -> int:
         if found[i] in RELATION_WORDS or found[i] in ("and", "of") or not found[i][0].isalnum():
             return i
     return len(found)
+
+
+def _lists(found: Sequence[str], i: int) -> bool:
+    """Whether the comma at i is followed by one short name and then another comma, "or" or "and"."""
+    return any(found[k] in (",", "or") for k in range(i + 1, min(i + 4, len(found)))) and found[i + 1] not in (
+        "one",
+        ",",
+    )
 
 
 def _continues(found: Sequence[str], i: int) -> bool:

@@ -1,0 +1,361 @@
+"""What a question asks of a thing, and what is known of everyday things: kinds, traits and uses.
+
+A question is split into facets ("a soft red chair to read in": kind chair, traits soft and red, use "read in"); a
+thing of the table answers each. What the map itself says of an object ("a red chair") comes before what is usual.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb import everyday
+from cgdb.lexicon import DETERMINERS, FUNCTION_WORDS, GENERIC_HEADS
+from cgdb.words import parse, stem, tokens
+
+Floats = NDArray[np.float32]
+
+YES, MOSTLY, UNKNOWN, KIN, NO = 0.95, 0.8, 0.35, 0.15, 0.05
+"""Degrees of a fact of the table: said outright, nearly so, not told, a sister kind, said otherwise."""
+
+LONGEST_NAME = 4
+"""Words in the longest name of a thing or trait."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facets:
+    """What a text asks: things (indices) of which it must be one kind, traits it must have, what is left over.
+
+    rest: the text that neither names a kind nor a trait and has to be matched by meaning; None where nothing is left.
+    arguments: things that the use is done to ("take a laptop apart"): mentioned, and not what is looked for.
+    """
+
+    kinds: tuple[int, ...]
+    traits: tuple[int, ...]
+    rest: str | None
+    arguments: tuple[int, ...] = ()
+
+    @property
+    def form(self) -> str:
+        """What the question is mostly about: a "kind", a "use", or nothing but "traits"."""
+        return "kind" if self.kinds else "use" if self.rest or not self.traits else "traits"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Knowledge:
+    """The table of everyday things, compiled.
+
+    names: (m,) first names. is_a: (m, m) bool, is_a[i, j] = thing i is a thing j (itself included); parents: (m, m)
+    bool, its direct kinds.
+    traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j.
+    uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing.
+    """
+
+    names: tuple[str, ...]
+    is_a: NDArray[np.bool_]
+    parents: NDArray[np.bool_]
+    traits: tuple[str, ...]
+    has: Floats
+    alike: Floats
+    uses: tuple[str, ...]
+    use_of: NDArray[np.int32]
+    thing_by_name: Mapping[tuple[str, ...], tuple[int, ...]]
+    trait_by_name: Mapping[tuple[str, ...], int]
+    version: str
+
+    def texts(self) -> tuple[str, ...]:
+        """The phrases that want a vector: names of things, then uses."""
+        return (*self.names, *self.uses)
+
+    def things_named(self, phrase: str) -> tuple[int, ...]:
+        """The things whose name the phrase ends with, by the longest such name ("white coffee table": coffee table)."""
+        stems = _stems(phrase)
+        start = self._name_start(stems)
+        return self.thing_by_name[stems[start:]] if start >= 0 else ()
+
+    def traits_in(self, stems: Sequence[str]) -> tuple[list[int], list[str]]:
+        """The traits that a run of stems says, longest names first, and the stems that say none."""
+        traits: list[int] = []
+        left: list[str] = []
+        at = 0
+        while at < len(stems):
+            if stems[at] in _SHADES and at + 1 < len(stems) and self._is_color(stems[at + 1]):
+                at += 1  # "light brown" weighs nothing
+                continue
+            for length in range(min(LONGEST_NAME, len(stems) - at), 0, -1):
+                trait = self.trait_by_name.get(tuple(stems[at : at + length]))
+                if trait is not None:
+                    traits.append(trait)
+                    at += length
+                    break
+            else:
+                left.append(stems[at])
+                at += 1
+        return traits, left
+
+    def _is_color(self, word: str) -> bool:
+        trait = self.trait_by_name.get((word,))
+        return word == "color" or (trait is not None and self.traits[trait] in everyday.COLORS)
+
+    def stated(self, phrase: str) -> int:
+        """The traits that a head phrase says of its object ("red wooden chair"), as a bit mask."""
+        stems = _stems(phrase)
+        # The noun itself is no trait: a "glass" is not "of glass" by its name, an orange is orange by nature; nor is
+        # "light" in the name "light switch".
+        end = len(stems) - 1 if len(stems) > 1 else 1
+        mask = 0
+        for trait in self.traits_in(stems[: max(self._name_start(stems), 0)])[0]:
+            mask |= 1 << trait
+        for trait in self.traits_in(stems[:end])[0]:
+            if self.traits[trait] != "light":
+                mask |= 1 << trait
+        return mask
+
+    def _name_start(self, stems: tuple[str, ...]) -> int:
+        """Where the longest name of a thing that ends the stems begins; -1 where none does."""
+        for start in range(max(0, len(stems) - LONGEST_NAME), len(stems)):
+            if stems[start:] in self.thing_by_name:
+                return start
+        return -1
+
+    def facets(self, text: str) -> Facets:
+        """Split a question into kind, traits and the rest."""
+        parsed = parse(text)
+        words = [t for t in tokens(text) if t[0].isalnum()]
+        if parsed.generic or not parsed.heads:
+            return self._of_generic(words)
+        kinds: list[int] = []
+        traits: list[int] = []
+        for phrase in parsed.heads:
+            stems = _stems(phrase)
+            named = self.things_named(phrase)
+            if named:
+                kinds.extend(named)
+                traits.extend(self.traits_in(stems[: self._name_start(stems)])[0])
+            else:
+                said, left = self.traits_in([s for s in stems if s not in FUNCTION_WORDS])
+                if not left:
+                    traits.extend(said)
+        if kinds or traits:
+            return Facets(kinds=tuple(dict.fromkeys(kinds)), traits=tuple(dict.fromkeys(traits)), rest=None)
+        return Facets(kinds=(), traits=(), rest=text)
+
+    def describe(self, facets: Facets) -> dict[str, object]:
+        """The facets for a person: {"kind": [...], "traits": [...], "use": text}, without the empty ones."""
+        found: dict[str, object] = {
+            "kind": [self.names[i] for i in facets.kinds],
+            "traits": [self.traits[i] for i in facets.traits],
+            "use": facets.rest,
+        }
+        return {name: value for name, value in found.items() if value}
+
+    def _of_generic(self, words: Sequence[str]) -> Facets:
+        """The facets of "something light to sit on": adjectives after the empty head are traits, what follows a use."""
+        at = 0
+        while at < len(words) and (words[at] in GENERIC_HEADS or words[at] in DETERMINERS):
+            at += 1
+        traits: list[int] = []
+        while at < len(words):
+            if words[at] in _FILLERS:
+                at += 1
+                continue
+            for length in range(min(LONGEST_NAME, len(words) - at), 0, -1):
+                trait = self.trait_by_name.get(tuple(stem(w) for w in words[at : at + length]))
+                if trait is not None:
+                    break
+            else:
+                break
+            traits.append(trait)
+            at += length
+        rest = words[at:]
+        informative = [w for w in rest if w not in FUNCTION_WORDS]
+        return Facets(
+            kinds=(),
+            traits=tuple(dict.fromkeys(traits)),
+            rest=" ".join(rest) if informative else None,
+            arguments=self._arguments(rest),
+        )
+
+    def _arguments(self, words: Sequence[str]) -> tuple[int, ...]:
+        """Things named among the words as countable nouns ("a laptop", "books"), not after "as" or "like"."""
+        found: list[int] = []
+        for end in range(1, len(words) + 1):
+            stems = tuple(stem(w) for w in words[max(0, end - LONGEST_NAME) : end])
+            start = self._name_start(stems)
+            if start < 0:
+                continue
+            at = end - (len(stems) - start)
+            before = words[max(0, at - 3) : at]
+            plural = words[end - 1].endswith("s") and stem(words[end - 1]) != words[end - 1]
+            if not {"as", "like"} & set(before) and (plural or any(w in DETERMINERS for w in before)):
+                found.extend(self.thing_by_name[stems[start:]])
+        return tuple(dict.fromkeys(found))
+
+    def kind_degrees(self, kinds: Sequence[int]) -> Floats:
+        """(m,) degree of each thing to be of one of the kinds: sharp, because that is what "other than" is about."""
+        columns = list(kinds)
+        below = self.is_a[:, columns].any(axis=1)
+        # What is only called "furniture" may be a chair.
+        above = self.is_a[columns, :].any(axis=0)
+        kin = self.parents[:, self.parents[columns].any(axis=0)].any(axis=1)
+        return np.where(below, YES, np.where(above, UNKNOWN, np.where(kin, KIN, NO))).astype(np.float32)
+
+    def trait_degrees(self, trait: int, stated: NDArray[np.uint64], usual: Floats) -> Floats:
+        """(n,) degree of rows to have a trait, by what the map states of them and what is usual for their things.
+
+        usual: (n,) NaN where nothing is known. A stated trait of the same scale decides.
+        """
+        degree = np.where(np.isfinite(usual), usual, 0.5).astype(np.float32)
+        best = np.zeros(len(stated), dtype=np.float32)
+        told = np.zeros(len(stated), dtype=bool)
+        for other in range(len(self.traits)):
+            alike = self.alike[trait, other]
+            if np.isfinite(alike):
+                says = (stated >> np.uint64(other)) & np.uint64(1) == 1
+                told |= says
+                best = np.where(says, np.maximum(best, alike), best)
+        degree = np.where(told, best, degree)
+        opposite = _UNLIKELY.get(self.traits[trait], ())
+        if opposite:
+            says = np.zeros(len(stated), dtype=bool)
+            for name in opposite:
+                says |= (stated >> np.uint64(self.traits.index(name))) & np.uint64(1) == 1
+            degree = np.where(says & ~told, np.minimum(degree, UNKNOWN), degree)
+        return degree.astype(np.float32)
+
+
+_UNLIKELY = {"heavy": ("small", "tiny"), "light": ("large", "huge"), "large": ("tiny",), "huge": ("light",)}
+"""What a stated trait speaks against beyond its own scale: "a very small table" is not heavy."""
+_SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
+_FILLERS = frozenset(
+    ("very", "really", "quite", "so", "too", "extremely", "rather", "fairly", "that", "is", "are", "which", "and")
+)
+
+
+def _stems(phrase: str) -> tuple[str, ...]:
+    return tuple(stem(t.removesuffix("'s")) for t in tokens(phrase) if t[0].isalnum() and t not in DETERMINERS)
+
+
+@lru_cache(maxsize=1)
+def knowledge() -> Knowledge:
+    """The compiled table; made at the first call (a few milliseconds) and shared."""
+    traits, trait_by_name = _traits()
+    lines = [[part.strip() for part in line.split("|")] for line in _lines(everyday.TABLE)]
+    all_names = [[name.strip() for name in line[0].split(",")] for line in lines]
+    first = {name: i for i, names in reversed(list(enumerate(all_names))) for name in reversed(names)}
+    parents = [[first[kind.strip()] for kind in line[1].split(",") if kind.strip()] for line in lines]
+    order = _parents_first(parents)
+    m = len(lines)
+    is_a = np.eye(m, dtype=bool)
+    direct = np.zeros((m, m), dtype=bool)
+    said: list[list[int]] = [[] for _ in range(m)]
+    uses_of: list[dict[str, None]] = [{} for _ in range(m)]
+    group = {t: scale for scale in everyday.SCALES for t in scale}
+    for i in order:
+        own = [t for t in lines[i][2].split() if t]
+        taken = {group[t] for t in own if t in group}
+        for use in lines[i][3].split(","):
+            if use.strip():
+                uses_of[i].setdefault(use.strip())
+        for parent in parents[i]:
+            direct[i, parent] = True
+            is_a[i] |= is_a[parent]
+            uses_of[i].update(uses_of[parent])
+            for trait in said[parent]:
+                scale = group.get(traits[trait])
+                if scale is None or scale not in taken:
+                    own.append(traits[trait])
+            taken |= {group[traits[t]] for t in said[parent] if traits[t] in group}
+        said[i] = [traits.index(t) for t in dict.fromkeys(own)]
+    alike = _alike(traits)
+    uses = tuple(dict.fromkeys(use for found in uses_of for use in found))
+    number = {use: i for i, use in enumerate(uses)}
+    thing_by_name: dict[tuple[str, ...], tuple[int, ...]] = {}
+    for i, names in enumerate(all_names):
+        for name in names:
+            key = _stems(name)
+            if i not in thing_by_name.get(key, ()):
+                thing_by_name[key] = (*thing_by_name.get(key, ()), i)
+    return Knowledge(
+        names=tuple(names[0] for names in all_names),
+        is_a=is_a,
+        parents=direct,
+        traits=traits,
+        has=_has(traits, said, alike),
+        alike=alike,
+        uses=uses,
+        use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
+        thing_by_name=thing_by_name,
+        trait_by_name=trait_by_name,
+        version=hashlib.sha256((everyday.TABLE + everyday.TRAITS).encode()).hexdigest()[:16],
+    )
+
+
+def _lines(table: str) -> list[str]:
+    return table.replace("\n    ", " ").splitlines()
+
+
+def _traits() -> tuple[tuple[str, ...], dict[tuple[str, ...], int]]:
+    names: list[str] = []
+    by_name: dict[tuple[str, ...], int] = {}
+    for line in _lines(everyday.TRAITS):
+        name, _, words = line.partition(":")
+        for word in words.split(","):
+            by_name.setdefault(_stems(word), len(names))
+        names.append(name)
+    return tuple(names), by_name
+
+
+def _parents_first(parents: Sequence[Sequence[int]]) -> list[int]:
+    done: dict[int, None] = {}
+
+    def visit(i: int) -> None:
+        for parent in parents[i]:
+            if parent not in done:
+                visit(parent)
+        done.setdefault(i)
+
+    for i in range(len(parents)):
+        visit(i)
+    return list(done)
+
+
+def _alike(traits: tuple[str, ...]) -> Floats:
+    """(t, t): the degree to which a thing has the row's trait when it is said to have the column's; NaN: unrelated."""
+    alike = np.full((len(traits), len(traits)), np.nan, dtype=np.float32)
+    for scale in everyday.SCALES:
+        places = [traits.index(t) for t in scale]
+        for a, asked in enumerate(places):
+            for b, said in enumerate(places):
+                # Beyond is included at the ends: what is huge is large, what is tiny is small.
+                beyond = len(scale) > 3 and ((a > 2 and b > a) or (a < 2 and b < a))
+                alike[asked, said] = YES if a == b else MOSTLY if beyond else UNKNOWN if abs(a - b) == 1 else NO
+    for family in (everyday.COLORS, everyday.MATERIALS):
+        for one in family:
+            for other in family:
+                alike[traits.index(one), traits.index(other)] = YES if one == other else NO
+    for i in range(len(traits)):
+        alike[i, i] = YES
+    return alike
+
+
+def _has(traits: tuple[str, ...], said: Sequence[Sequence[int]], alike: Floats) -> Floats:
+    """(m, t): the degree to which each thing usually has each trait; NaN where the table cannot know (colours)."""
+    scaled = {traits.index(t): [traits.index(o) for o in scale] for scale in everyday.SCALES for t in scale}
+    colors = {traits.index(t) for t in everyday.COLORS}
+    has = np.full((len(said), len(traits)), NO, dtype=np.float32)
+    for i, own in enumerate(said):
+        for t in range(len(traits)):
+            if t in own:
+                has[i, t] = MOSTLY if t in colors else YES
+            elif t in colors:
+                has[i, t] = np.nan
+            elif t in scaled and len(scaled[t]) > 1:
+                known = [alike[t, o] for o in own if o in scaled[t]]
+                has[i, t] = max(known) if known else np.nan
+    return has
