@@ -46,10 +46,11 @@ with tempfile.TemporaryDirectory() as folder, cgdb.open(Path(folder) / "flat.cgd
     db.add(flat)
 
     print("Nearest to orange, by vector:")
-    orange = np.array([1.0, -0.2, -1.0], dtype=np.float32)
-    for row in db.search(orange, space="color", k=5):
-        print(f"  {row.score:.2f}  {row[0]}: {row[0].caption}")
+    hits = db.search(np.array([1.0, -0.2, -1.0], dtype=np.float32), space="color", k=5)
+    for hit, node in zip(hits, hits.nodes, strict=True):
+        print(f"  {hit.score:.2f}  {node}: {node.caption}")
 
     print("Nearest to a text, among what is smaller than 0.1 cubic metres:")
-    for row in db.search("red shoes", k=5, where="volume(o) < 0.1"):
-        print(f"  {row.score:.2f}  {row[0]}: {row[0].caption}")
+    hits = db.search("red shoes", k=5, where="volume(o) < 0.1")
+    for hit, node in zip(hits, hits.nodes, strict=True):
+        print(f"  {hit.score:.2f}  {node}: {node.caption}")

@@ -31,7 +31,7 @@ with tempfile.TemporaryDirectory() as folder, cgdb.open(Path(folder) / "flat.cgd
         print(*row, sep="  ")
 
     # The graph engine's own language reads the graph index.
-    for row in db.cypher("MATCH (a:Node)-[r:Rel]->(b:Node) RETURN a.tag, r.label, b.tag LIMIT 5"):
+    for row in db.cypher("MATCH (a:Node)-[r:Rel]->(b:Node) RETURN a.tag, r.label, b.tag LIMIT 5").rows():
         print(*row, sep="  ")
 
     # The whole map as a graph in memory, for everything that networkx can do.
