@@ -216,7 +216,9 @@ def _check_box(
     if center.shape != (3,) or not all(map(math.isfinite, center.tolist())):
         raise SceneError(f"{where}: center {center.tolist()} is not three finite coordinates in metres")
     if max(map(abs, center.tolist())) > LARGEST_COORDINATE:
-        raise SceneError(f"{where}: center {center.tolist()} lies farther than {LARGEST_COORDINATE:.0e} m from the origin")
+        raise SceneError(
+            f"{where}: center {center.tolist()} lies farther than {LARGEST_COORDINATE:.0e} m from the origin"
+        )
     if extent is not None:
         sides = extent.tolist()
         if extent.shape != (3,) or not all(map(math.isfinite, sides)):

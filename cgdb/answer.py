@@ -1,0 +1,350 @@
+"""Answer: the rows of a match become the rows of a result: ordered, cut, grouped, and each able to say why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb import cypher
+from cgdb.binder import BoundEdge, BoundQuery
+from cgdb.bindings import Bindings, EdgeColumn
+from cgdb.errors import LimitError
+from cgdb.executor import Executor
+from cgdb.functions import AGGREGATES
+from cgdb.grammar import ast
+from cgdb.planner import Plan
+from cgdb.reasons import reasons
+from cgdb.result import Path, Row, StoredNode, StoredRelation, Value
+from cgdb.view import SceneView
+
+LARGEST_RESULT = 1_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SceneRows:
+    """The rows that one scene gave, with what is needed to read them."""
+
+    view: SceneView
+    executor: Executor
+    plan: Plan
+    rows: Bindings
+
+
+def answer(query: BoundQuery, parts: Sequence[SceneRows]) -> tuple[Row, ...]:
+    """The rows of the result, best first or as ORDER BY says, after SKIP and LIMIT."""
+    if query.aggregates:
+        rows = _grouped(query, parts)
+        return tuple(rows[query.skip : None if query.limit is None else query.skip + query.limit])
+    places = _ordered(query, parts)
+    if query.distinct:
+        return tuple(_distinct(query, parts, places))
+    chosen = places[query.skip : None if query.limit is None else query.skip + query.limit]
+    if len(chosen) > LARGEST_RESULT:
+        raise LimitError(
+            f"the result would have {len(chosen):,} rows; {LARGEST_RESULT:,} is the most", hint="add LIMIT"
+        )
+    return tuple(_rows(query, parts, chosen))
+
+
+Place = tuple[int, int]
+"""Number of the part, and row in it."""
+
+
+def _ordered(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Place]:
+    """All rows in their final order.
+
+    Best score first; ORDER BY orders the rows that fit, the others follow after them, best score first. Rows that
+    are equal in that keep the order of scenes and of ids in them.
+    """
+    part = np.concatenate([np.full(p.rows.n, i) for i, p in enumerate(parts)] or [np.empty(0, np.int64)])
+    row = np.concatenate([np.arange(p.rows.n) for p in parts] or [np.empty(0, np.int64)])
+    score = np.concatenate([p.rows.truth.degree for p in parts] or [np.empty(0)])
+    fits = np.concatenate([p.rows.truth.fits for p in parts] or [np.empty(0, bool)])
+    # What differs only in the last bits of a float is a tie: results must not hang on the shape of a matrix product.
+    by_score = -np.round(score, 6)
+    if not query.order:
+        if query.limit is not None and len(score) > 4 * (wanted := query.skip + query.limit) and wanted > 0:
+            line = np.partition(by_score, wanted - 1)[wanted - 1]
+            near = np.flatnonzero(by_score <= line)
+            order = near[np.lexsort((row[near], part[near], by_score[near]))]
+        else:
+            order = np.lexsort((row, part, by_score))
+        return list(zip(part[order].tolist(), row[order].tolist(), strict=True))
+    keys: list[NDArray[Any]] = [row, part, by_score]
+    for item in reversed(query.order):
+        columns = [p.executor.evaluator.value(item.expression, p.rows) for p in parts]
+        ranks = _ranks([value for p, c in zip(parts, columns, strict=True) for value in _sortable(p, item, c)])
+        keys.append(np.where(fits, -ranks if item.descending else ranks, 0))
+    keys.append(~fits)
+    order = np.lexsort(keys)
+    return list(zip(part[order].tolist(), row[order].tolist(), strict=True))
+
+
+def _sortable(part: SceneRows, item: ast.OrderItem, column: NDArray[Any]) -> list[Any]:
+    if isinstance(item.expression, ast.Variable | ast.ObjectRef):
+        name = item.expression.name if isinstance(item.expression, ast.Variable) else None
+        if name not in part.rows.edges:
+            return [part.view.column("id")[position] for position in column.tolist()]
+    return [None if value != value else value for value in column.tolist()]
+
+
+def _ranks(values: list[Any]) -> NDArray[np.int64]:
+    """The rank of each value: numbers, then texts, then lists; nulls last whichever way it is ordered."""
+
+    def key(value: Any) -> tuple[int, Any]:
+        if value is None:
+            return (3, 0)
+        if isinstance(value, bool):
+            return (0, int(value))
+        if isinstance(value, (int, float)):
+            return (0, value)
+        if isinstance(value, str):
+            return (1, value.casefold())
+        return (2, [key(item) for item in value])
+
+    ranks: dict[Any, int] = {}
+    order = sorted(range(len(values)), key=lambda i: key(values[i]))
+    result = np.zeros(len(values), np.int64)
+    previous: Any = None
+    rank = 0
+    for place, i in enumerate(order):
+        now = key(values[i])
+        if place and now != previous:
+            rank += 1
+        previous = now
+        result[i] = rank
+    del ranks
+    return result
+
+
+def _rows(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]) -> list[Row]:
+    made: dict[Place, Row] = {}
+    for number, part in enumerate(parts):
+        mine = [row for p, row in places if p == number]
+        if not mine:
+            continue
+        rows = part.rows.take(np.asarray(mine, np.int64))
+        columns = [_values(part, column.expression, rows) for column in query.returns]
+        for i, row in enumerate(mine):
+            made[(number, row)] = Row(
+                tuple(column[i] for column in columns),
+                float(rows.truth.degree[i]),
+                bool(rows.truth.fits[i]),
+                _explainer(query, part, rows, i),
+            )
+    return [made[place] for place in places]
+
+
+def _explainer(query: BoundQuery, part: SceneRows, rows: Bindings, i: int) -> Callable[[], Any]:
+    return lambda: reasons(query, part.plan, part.view, part.executor, rows.take(np.asarray([i])))
+
+
+def _distinct(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]) -> list[Row]:
+    wanted = None if query.limit is None else query.skip + query.limit
+    seen: set[Any] = set()
+    kept: list[Row] = []
+    step = 1000
+    for start in range(0, len(places), step):
+        for row in _rows(query, parts, places[start : start + step]):
+            identity = tuple(map(_identity, row.values))
+            if identity not in seen:
+                seen.add(identity)
+                kept.append(row)
+        if wanted is not None and len(kept) >= wanted:
+            break
+    return kept[query.skip : wanted]
+
+
+def _values(part: SceneRows, item: ast.Expression, rows: Bindings) -> list[Value]:
+    """The values of an expression as results hold them: nodes and relations as records, null as None."""
+    view = part.view
+    if isinstance(item, ast.Variable) and item.name in rows.edges:
+        return _edge_values(view, rows.edges[item.name])
+    column = part.executor.evaluator.value(item, rows)
+    if isinstance(item, ast.Variable | ast.ObjectRef):
+        records = view.stored(column)
+        return [records[position] for position in column.tolist()]
+    return [_plain_number(value) for value in column.tolist()]
+
+
+def _plain_number(value: Any) -> Value:
+    if isinstance(value, float):
+        if value != value:
+            return None
+        # 3 chairs, not 3.0 chairs; a whole float beyond 2**53 may not be what was stored.
+        return int(value) if value.is_integer() and abs(value) < 2**53 else value
+    return value  # type: ignore[no-any-return]
+
+
+def _edge_values(view: SceneView, edge: EdgeColumn) -> list[Value]:
+    ids = view.column("id")
+    name = view.info.name
+    values: list[Value] = []
+    for i in range(len(edge.source)):
+        if edge.hops is not None:
+            values.append(_path(view, edge.hops[i], float(edge.confidence[i])))
+            continue
+        values.append(
+            StoredRelation(
+                scene=name,
+                source=ids[edge.source[i]],
+                target=ids[edge.target[i]],
+                label=edge.label[i],
+                confidence=float(edge.confidence[i]),
+                explanation=edge.explanation[i],
+                origin=edge.origin[i],
+            )
+        )
+    return values
+
+
+def _path(view: SceneView, way: tuple[int, ...], confidence: float) -> Path:
+    ids = [view.column("id")[position] for position in way]
+    between = view.relations_of(np.asarray(way, np.int64))
+    relations = []
+    for one, other in zip(ids, ids[1:], strict=False):
+        steps = [r for r in between if {r.source, r.target} == {one, other}]
+        relations.append(max(steps, key=lambda r: r.confidence))
+    return Path(relations=tuple(relations))
+
+
+# -- aggregates -------------------------------------------------------------------------------------------------
+
+
+def _grouped(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Row]:
+    """One row per combination of the columns that are no aggregates, over the rows that fit."""
+    by = [i for i, column in enumerate(query.returns) if not _aggregates(column.expression)]
+    groups: dict[tuple[Any, ...], list[tuple[SceneRows, int]]] = {}
+    shown: dict[tuple[Any, ...], tuple[Value, ...]] = {}
+    for part in parts:
+        rows = part.rows.take(np.flatnonzero(part.rows.truth.fits))
+        fitting = SceneRows(view=part.view, executor=part.executor, plan=part.plan, rows=rows)
+        columns = [_values(part, query.returns[i].expression, rows) for i in by]
+        for row in range(rows.n):
+            values = tuple(column[row] for column in columns)
+            identity = tuple(map(_identity, values))
+            groups.setdefault(identity, []).append((fitting, row))
+            shown.setdefault(identity, values)
+    if not by and not groups:
+        groups[()] = []
+        shown[()] = ()
+    result = []
+    for identity, members in groups.items():
+        cells = dict(zip(by, shown[identity], strict=True))
+        values = tuple(
+            cells[i] if i in cells else _aggregate(column.expression, members) for i, column in enumerate(query.returns)
+        )
+        scores = [float(part.rows.truth.degree[row]) for part, row in members]
+        result.append(Row(values, max(scores, default=0.0), bool(members), _group_explainer(query, members)))
+    if query.order:
+        for item in reversed(query.order):
+            at = next(i for i, column in enumerate(query.returns) if column.expression == item.expression)
+            ranks = _ranks([_order_value(row.values[at]) for row in result])
+            order = np.argsort(-ranks if item.descending else ranks, kind="stable")
+            result = [result[i] for i in order.tolist()]
+    return result
+
+
+def _group_explainer(query: BoundQuery, members: Sequence[tuple[SceneRows, int]]) -> Callable[[], Any]:
+    def explain() -> Any:
+        if not members:
+            return ()
+        part, row = max(members, key=lambda member: float(member[0].rows.truth.degree[member[1]]))
+        return reasons(query, part.plan, part.view, part.executor, part.rows.take(np.asarray([row])))
+
+    return explain
+
+
+def _aggregate(item: ast.Expression, members: Sequence[tuple[SceneRows, int]]) -> Value:
+    if isinstance(item, ast.Call) and item.name in AGGREGATES:
+        if item.star:
+            return len(members)
+        values: list[Value] = []
+        by_part: dict[int, list[int]] = {}
+        known = {id(part): part for part, _ in members}
+        for part, row in members:
+            by_part.setdefault(id(part), []).append(row)
+        for key, rows in by_part.items():
+            part = known[key]
+            values.extend(_values(part, item.arguments[0], part.rows.take(np.asarray(rows, np.int64))))
+        present = [value for value in values if value is not None]
+        if item.distinct:
+            present = list({_identity(value): value for value in present}.values())
+        return _reduced(item.name, present)
+    if isinstance(item, ast.Arithmetic):
+        left, right = _aggregate(item.left, members), _aggregate(item.right, members)
+        return _arithmetic(item.op, left, right)
+    if isinstance(item, ast.Negative):
+        inner = _aggregate(item.operand, members)
+        return -inner if isinstance(inner, (int, float)) else None
+    if isinstance(item, ast.Call) and item.arguments:
+        inner = _aggregate(item.arguments[0], members)
+        digits = _aggregate(item.arguments[1], members) if len(item.arguments) > 1 else 0
+        if item.name == "round" and isinstance(inner, (int, float)) and isinstance(digits, (int, float)):
+            return _plain_number(float(round(inner, int(digits))))
+        if item.name == "size" and isinstance(inner, (list, tuple, str)):
+            return len(inner)
+        return inner
+    part, row = members[0]
+    return _values(part, item, part.rows.take(np.asarray([row])))[0]
+
+
+def _reduced(name: str, values: Sequence[Value]) -> Value:
+    numbers = [float(value) for value in values if isinstance(value, (int, float)) and not isinstance(value, bool)]
+    match name:
+        case "count":
+            return len(values)
+        case "collect":
+            return list(values)
+        case "sum":
+            return _plain_number(float(np.sum(numbers)))
+        case "avg":
+            return _plain_number(float(np.mean(numbers))) if numbers else None
+    if not values:
+        return None
+    ranks = _ranks([_order_value(value) for value in values])
+    return values[int(ranks.argmin() if name == "min" else ranks.argmax())]
+
+
+def _arithmetic(op: str, left: Value, right: Value) -> Value:
+    if not isinstance(left, (int, float)) or not isinstance(right, (int, float)):
+        return None
+    if op in "/%" and right == 0:
+        return None
+    result = {"+": left + right, "-": left - right, "*": left * right}.get(op)
+    if result is None:
+        result = left / right if op == "/" else float(np.fmod(left, right))
+    return _plain_number(float(result))
+
+
+def _aggregates(item: object) -> bool:
+    if isinstance(item, ast.Call) and item.name in AGGREGATES:
+        return True
+    return any(map(_aggregates, cypher.parts(item)))
+
+
+def _order_value(value: Value) -> Any:
+    if isinstance(value, StoredNode):
+        return value.id
+    if isinstance(value, (StoredRelation, Path)):
+        return str(value)
+    return value
+
+
+def _identity(value: Any) -> Any:
+    if isinstance(value, StoredNode):
+        return (value.scene, value.id)
+    if isinstance(value, (list, tuple)):
+        return tuple(map(_identity, value))
+    if isinstance(value, Path):
+        return tuple(map(_identity, value.relations))
+    return value
+
+
+def describe_edge(edge: BoundEdge) -> str:
+    """An edge as the plan and the reasons name it."""
+    return "|".join(edge.labels) or "any relation"

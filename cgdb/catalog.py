@@ -1,0 +1,122 @@
+"""What a scene holds, by name: labels, relations and properties, for the binder, the planner and completion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cgdb.scene import PropertyValue
+
+STANDARD_RELATIONS = ("on", "in", "under", "above", "next_to", "near", "contains")
+"""Relations that every map is asked about: naming one that a map does not hold is no error, there are just no rows."""
+
+BUILT_IN: Mapping[str, str] = {
+    "id": "id",
+    "label": "text",
+    "tag": "text",
+    "name": "text",
+    "tags": "list",
+    "caption": "text",
+    "scene": "text",
+    "confidence": "number",
+    "n_observations": "number",
+    "center": "list",
+    "extent": "list",
+    "x": "number",
+    "y": "number",
+    "z": "number",
+}
+"""Properties that every node has, whatever its map, with their types."""
+
+EDGE_PROPERTIES: Mapping[str, str] = {
+    "label": "text",
+    "confidence": "number",
+    "explanation": "text",
+    "origin": "text",
+    "source": "id",
+    "target": "id",
+}
+
+COLUMN_TYPES: Mapping[str, str] = {"number": "DOUBLE", "boolean": "BOOL", "text": "STRING", "list": "STRING[]"}
+"""Property types that a column of the graph index can hold; "mixed" ones cannot."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Catalog:
+    """labels: {label: nodes}; relations: {label: {(source label, target label): count}}; properties: {name: type}."""
+
+    labels: Mapping[str, int] = field(default_factory=dict)
+    relations: Mapping[str, Mapping[tuple[str, str], int]] = field(default_factory=dict)
+    properties: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def n_nodes(self) -> int:
+        """Objects and places."""
+        return sum(self.labels.values())
+
+    def relation_count(self, label: str) -> int:
+        """How many relations carry this label."""
+        return sum(self.relations.get(label, {}).values())
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """{property: column type} of those properties that the graph index holds."""
+        return {name: COLUMN_TYPES[kind] for name, kind in self.properties.items() if kind in COLUMN_TYPES}
+
+    def to_json(self) -> dict[str, Any]:
+        """For the sidecar of an index file."""
+        return {
+            "labels": dict(self.labels),
+            "relations": [
+                [label, source, target, count]
+                for label, ends in self.relations.items()
+                for (source, target), count in ends.items()
+            ],
+            "properties": dict(self.properties),
+        }
+
+    @staticmethod
+    def from_json(document: Mapping[str, Any]) -> Catalog:
+        """The reverse of to_json."""
+        relations: dict[str, dict[tuple[str, str], int]] = {}
+        for label, source, target, count in document["relations"]:
+            relations.setdefault(label, {})[(source, target)] = count
+        return Catalog(labels=document["labels"], relations=relations, properties=document["properties"])
+
+
+def merge(catalogs: Iterable[Catalog]) -> Catalog:
+    """What several scenes hold together; a property whose type differs between them is "mixed"."""
+    labels: dict[str, int] = {}
+    relations: dict[str, dict[tuple[str, str], int]] = {}
+    properties: dict[str, str] = {}
+    for catalog in catalogs:
+        for label, count in catalog.labels.items():
+            labels[label] = labels.get(label, 0) + count
+        for label, ends in catalog.relations.items():
+            known = relations.setdefault(label, {})
+            for pair, count in ends.items():
+                known[pair] = known.get(pair, 0) + count
+        for name, kind in catalog.properties.items():
+            properties[name] = merged_type(properties.get(name), kind)
+    return Catalog(labels=labels, relations=relations, properties=properties)
+
+
+def property_type(value: PropertyValue) -> str | None:
+    """The CGQL type of a property's value; None for null, which fits any type."""
+    if value is None:
+        return None
+    if isinstance(value, bool):
+        return "boolean"
+    if isinstance(value, (int, float)):
+        return "number"
+    if isinstance(value, str):
+        return "text"
+    return "list" if all(isinstance(item, str) for item in value) else "numbers"
+
+
+def merged_type(known: str | None, new: str | None) -> str:
+    """The type of a property that was seen with both types."""
+    if known is None or known == new:
+        return new or "mixed"
+    return known if new is None else "mixed"

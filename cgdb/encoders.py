@@ -1,0 +1,92 @@
+"""The encoders that a process has at hand: loaded when first needed, and what cannot be had remembered with the reason."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.embed import TEXT_MODEL, Encoder, space_encoder
+from cgdb.errors import CgdbError
+from cgdb.scene import FeatureSpace
+from cgdb.text_vectors import TextVectors
+
+Floats = NDArray[np.float32]
+
+
+class Encoders:
+    """Vectors of texts, by caption encoder and by feature space; each text is encoded once and kept in the store."""
+
+    def __init__(
+        self,
+        kept: TextVectors,
+        *,
+        text: Encoder | str | None = TEXT_MODEL,
+        spaces: Mapping[str, Encoder] | None = None,
+    ) -> None:
+        """text: the encoder of captions, or its name, or None to do without. spaces: {feature space: its encoder}."""
+        self._kept = kept
+        self._text = text
+        self._spaces: dict[str, Encoder | CgdbError] = dict(spaces or {})
+        self._loaded: dict[str, Encoder | CgdbError] = {}
+        self._asked: dict[tuple[str, str], Floats] = {}
+        self._lock = threading.RLock()
+
+    @property
+    def text_name(self) -> str | None:
+        """The name of the caption encoder; None where the store does without."""
+        return self._text if isinstance(self._text, str) or self._text is None else self._text.name
+
+    def text(self) -> Encoder | CgdbError | None:
+        """The caption encoder, or why there is none; None where the store does without."""
+        if self._text is None or not isinstance(self._text, str):
+            return self._text
+        return self._load(self._text)
+
+    def space(self, space: FeatureSpace) -> Encoder | CgdbError | None:
+        """The encoder of a feature space, or why there is none; None where the map does not say what made it."""
+        if space.name in self._spaces:
+            return self._spaces[space.name]
+        return None if space.encoder is None else self._load(space.encoder)
+
+    def question(self, encoder: Encoder, text: str) -> Floats:
+        """(d,) the vector of a text that was asked: remembered by this process, not kept in the store."""
+        with self._lock:
+            known = self._asked.get((encoder.name, text))
+            if known is None:
+                if len(self._asked) > 1_000:
+                    self._asked.clear()
+                known = self._asked[(encoder.name, text)] = encoder.texts([text])[0]
+            return known
+
+    def known(self, name: str, texts: Sequence[str]) -> Floats | None:
+        """(n, d) float32 what the store keeps of these texts by the encoder of that name, NaN rows for the others."""
+        found = self._kept.get(name, list(texts))
+        if not found:
+            return None
+        matrix = np.full((len(texts), len(next(iter(found.values())))), np.nan, np.float32)
+        for row, text in enumerate(texts):
+            if text in found:
+                matrix[row] = found[text]
+        return matrix
+
+    def encode(self, encoder: Encoder, texts: Sequence[str]) -> Floats:
+        """(n, d) float32 the vectors of texts of a store; what had to be encoded is kept in it."""
+        missing = self._kept.missing(encoder.name, list(dict.fromkeys(texts)))
+        if missing:
+            self._kept.put(encoder.name, missing, encoder.texts(missing))
+        matrix = self.known(encoder.name, texts)
+        if matrix is None or np.isnan(matrix).any():  # a store that cannot be written keeps nothing
+            return encoder.texts(list(texts))
+        return matrix
+
+    def _load(self, name: str) -> Encoder | CgdbError:
+        with self._lock:
+            if name not in self._loaded:
+                try:
+                    self._loaded[name] = space_encoder(name)
+                except CgdbError as error:
+                    self._loaded[name] = error
+            return self._loaded[name]

@@ -1,0 +1,302 @@
+"""Executor: carries out the plan of a match over one scene and gives its rows with their degrees."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cgdb import cypher
+from cgdb.binder import BoundEdge, BoundNode, BoundQuery, Meaning
+from cgdb.bindings import Bindings, EdgeColumn, Positions, Truth, always, concatenate
+from cgdb.evaluate import Evaluator
+from cgdb.grammar import ast
+from cgdb.limits import Budget
+from cgdb.paths import follow
+from cgdb.planner import FIRST_BATCH, Plan, Seed, plan_condition
+
+if TYPE_CHECKING:
+    from cgdb.view import SceneView
+
+SMALL = 2_000
+"""Up to so many known keys are looked up one by one in the graph index; above, it is asked for all and they are joined."""
+
+
+@dataclass(slots=True)
+class Profile:
+    """What really happened, per step: rows and seconds, added up over batches and scenes."""
+
+    steps: dict[str, tuple[int, float]] = field(default_factory=dict)
+
+    def add(self, step: str, rows: int, seconds: float) -> None:
+        """Count one execution of a step."""
+        known_rows, known_seconds = self.steps.get(step, (0, 0.0))
+        self.steps[step] = (known_rows + rows, known_seconds + seconds)
+
+
+class Executor:
+    """Runs one bound statement over one scene."""
+
+    def __init__(self, view: SceneView, query: BoundQuery, budget: Budget, profile: Profile) -> None:
+        self._view = view
+        self._query = query
+        self._budget = budget
+        self._profile = profile
+        self._subplans: dict[ast.Pattern, Plan] = {}
+        self.evaluator = Evaluator(view, query.meanings, self.pattern_truth, asked_of(query))
+
+    def rows(self, plan: Plan) -> Bindings:
+        """All rows of the match, each with the degree of everything it was asked; in no order of merit.
+
+        With plan.top, at least so many of the best are among them, and maybe not the others.
+        """
+        missing = [
+            node.id for node in plan.match.nodes.values() if node.id is not None and self._view.find(node.id) is None
+        ]
+        if missing:
+            return self._empty(plan)
+        return self._match(plan, {}) if plan.seed is None else self._from_vectors(plan, plan.seed)
+
+    def pattern_truth(self, pattern: ast.Pattern, rows: Bindings) -> Truth:
+        """The degree of a pattern used as a condition: of its best match, for the nodes that each row gives it."""
+        found, shared = self._pattern_matches(pattern, rows)
+        best = found.best_per([found.nodes[name] for name in shared])
+        if not shared:
+            degree = np.full(rows.n, best.truth.degree[0] if best.n else 0.0)
+            return Truth(degree=degree, fits=np.full(rows.n, bool(best.n and best.truth.fits[0])))
+        place = _lookup([best.nodes[name] for name in shared], [rows.nodes[name] for name in shared])
+        known = place >= 0
+        degree, fits = np.zeros(rows.n), np.zeros(rows.n, bool)
+        degree[known], fits[known] = best.truth.degree[place[known]], best.truth.fits[place[known]]
+        return Truth(degree=degree, fits=fits)
+
+    def best_match(self, pattern: ast.Pattern, row: Bindings) -> Bindings:
+        """The match that a single row owes its degree to; no rows where there is none."""
+        found, _ = self._pattern_matches(pattern, row)
+        return found.best_per([])
+
+    # -- matching -----------------------------------------------------------------------------------------------
+
+    def _pattern_matches(self, pattern: ast.Pattern, rows: Bindings) -> tuple[Bindings, list[str]]:
+        match = self._query.subpatterns[pattern]
+        if pattern not in self._subplans:
+            self._subplans[pattern] = plan_condition(match, self._view.catalog)
+        shared = [name for name in match.nodes if name in rows.nodes]
+        known = {name: np.unique(rows.nodes[name]) for name in shared}
+        return self._match(self._subplans[pattern], known, collapse=False), shared
+
+    def _from_vectors(self, plan: Plan, seed: Seed) -> Bindings:
+        """Rows for the best candidates of one ``~`` first, until no later candidate can be among the best rows."""
+        assert plan.top is not None
+        node = plan.match.nodes[seed.node]
+        candidates = self._view.columns.of_label(node.label)
+        started = time.perf_counter()
+        degrees = self._view.degrees.of(self._query.meanings[seed.meaning], candidates).astype(np.float64)
+        order = np.argsort(-degrees, kind="stable")
+        self._profile.add(f"vectors {seed.node}", len(candidates), time.perf_counter() - started)
+        parts: list[Bindings] = []
+        best = np.empty(0)
+        done, size = 0, max(FIRST_BATCH, 2 * plan.top)
+        while done < len(order):
+            batch = np.sort(candidates[order[done : done + size]])
+            done, size = done + len(batch), size * 4
+            parts.append(self._match(plan, {seed.node: batch}))
+            best = np.sort(np.concatenate([best, parts[-1].truth.degree]))[::-1][: plan.top]
+            if done < len(order) and len(best) == plan.top and best[-1] >= degrees[order[done]]:
+                break
+        return concatenate(parts) if parts else self._empty(plan)
+
+    def _match(self, plan: Plan, known: Mapping[str, Positions], *, collapse: bool = True) -> Bindings:
+        """The rows of a match. known: {node: the only positions that it may have}."""
+        known = dict(known)
+        for node in plan.match.nodes.values():
+            if node.id is not None:
+                here = np.asarray([self._view.position(node.id)], np.int64)
+                known[node.name] = np.intersect1d(known[node.name], here) if node.name in known else here
+        rows: Bindings | None = None
+        for number, component in enumerate(plan.components):
+            if rows is not None and self._reached_by_path(plan, component):
+                continue
+            self._budget.check()
+            started = time.perf_counter()
+            found = self._component(component, known)
+            self._profile.add(f"component {number}", found.n, time.perf_counter() - started)
+            if rows is not None:
+                self._budget.check_rows(rows.n * found.n)
+            rows = found if rows is None else rows.cross(found)
+        assert rows is not None, "a match has at least one node"
+        for edge in plan.paths:
+            self._budget.check()
+            started = time.perf_counter()
+            rows = self._follow(plan, edge, rows, known)
+            self._profile.add(f"path {edge.name}", rows.n, time.perf_counter() - started)
+        rows = self._weigh(rows, [self._edge_truth(edge, rows) for edge in plan.match.edges])
+        rows = self._conditions(rows, plan.hidden)
+        unnamed = [node for node in plan.match.nodes.values() if not node.named]
+        if collapse and (unnamed or any(not edge.named for edge in plan.match.edges)):
+            rows = rows.best_per(self._row_identity(plan, rows))
+        return self._conditions(rows, plan.conditions)
+
+    def _reached_by_path(self, plan: Plan, component: cypher.Component) -> bool:
+        """Whether a node without conditions of its own is the end of a path: the path will bring it, no need to pair it."""
+        node = component.nodes[0]
+        return (
+            not component.edges
+            and not component.pushed
+            and any(node.name in (edge.source, edge.target) for edge in plan.paths)
+        )
+
+    def _follow(self, plan: Plan, edge: BoundEdge, rows: Bindings, known: Mapping[str, Positions]) -> Bindings:
+        if edge.source not in rows.nodes and edge.target not in rows.nodes:
+            node = plan.match.nodes[edge.source]
+            begin = self._scanned(node, known.get(node.name))
+            self._budget.check_rows(rows.n * len(begin))
+            rows = rows.cross(Bindings.of_nodes(node.name, begin))
+        free = edge.source if edge.source not in rows.nodes else edge.target
+        node = plan.match.nodes[free]
+        return follow(self._view, edge, rows, self._scanned(node, known.get(free)), self._budget)
+
+    def _row_identity(self, plan: Plan, rows: Bindings) -> list[Positions]:
+        """The columns that make rows different: named nodes and named edges. What has no name is only asked to exist."""
+        columns = [rows.nodes[node.name] for node in plan.match.nodes.values() if node.named]
+        for edge in plan.match.edges:
+            if edge.named and not edge.is_path:
+                column = rows.edges[edge.name]
+                texts = [f"{a}\x00{b}" for a, b in zip(column.label, column.origin, strict=True)]
+                columns.extend(
+                    (column.source, column.target, np.unique(texts, return_inverse=True)[1].astype(np.int64))
+                )
+        return columns
+
+    def _conditions(self, rows: Bindings, conditions: Sequence[ast.Expression]) -> Bindings:
+        for number, condition in enumerate(conditions):
+            self._budget.check()
+            started = time.perf_counter()
+            rows = rows.weigh(self.evaluator.truth(condition, rows))
+            self._profile.add(f"condition {number} {id(condition)}", rows.n, time.perf_counter() - started)
+        return rows
+
+    def _weigh(self, rows: Bindings, truths: Sequence[Truth]) -> Bindings:
+        total = always(rows.n)
+        for truth in truths:
+            total = total & truth
+        return rows.weigh(total)
+
+    def _edge_truth(self, edge: BoundEdge, rows: Bindings) -> Truth:
+        column = rows.edges[edge.name]
+        truth = Truth.of(column.confidence)
+        if edge.meaning is not None:
+            truth = truth & Truth.of(self._view.degrees.relation_degrees(edge.meaning, column))
+        return truth
+
+    def _component(self, component: cypher.Component, known: Mapping[str, Positions]) -> Bindings:
+        if not component.edges and not component.pushed:
+            node = component.nodes[0]
+            return Bindings.of_nodes(node.name, self._scanned(node, known.get(node.name)))
+        columns = self._view.columns
+        mine = {node.name: known[node.name] for node in component.nodes if node.name in known}
+        # One list of keys is enough to start from; the shortest prunes most, the others are joined afterwards.
+        start = min(mine, key=lambda name: len(mine[name]), default=None)
+        keys = {}
+        if start is not None and len(mine[start]) <= SMALL:
+            keys = {start: columns.keys[mine[start]].tolist()}
+        statement = cypher.statement(component, keys)
+        table = self._view.graph.run(statement.text, statement.parameters, timeout_s=self._budget.remaining)
+        self._budget.check_rows(len(table))
+        nodes = {name: columns.positions(np.asarray(table.data[i], np.int64)) for i, name in enumerate(statement.nodes)}
+        edges = {}
+        at = len(statement.nodes)
+        for edge in component.edges:
+            label, confidence, origin, source, explanation = table.data[at : at + len(cypher.EDGE_COLUMNS)]
+            at += len(cypher.EDGE_COLUMNS)
+            begin = columns.positions(np.asarray(source, np.int64))
+            one, other = nodes[edge.source], nodes[edge.target]
+            edges[edge.name] = EdgeColumn(
+                source=begin,
+                target=np.where(begin == one, other, one),
+                confidence=np.asarray(confidence, np.float64),
+                label=_texts(label),
+                origin=_texts(origin),
+                explanation=_texts(explanation),
+            )
+        rows = Bindings(n=len(table), nodes=nodes, edges=edges, truth=always(len(table)))
+        for name, positions in mine.items():
+            if name not in keys:
+                kept = np.isin(rows.nodes[name], positions)
+                rows = rows if kept.all() else rows.take(np.flatnonzero(kept))
+        # The engine gives rows in no order that can be relied on; the same question must give the same answer.
+        order = np.lexsort([rows.nodes[name] for name in reversed(statement.nodes)])
+        return rows.take(order)
+
+    def _scanned(self, node: BoundNode, known: Positions | None) -> Positions:
+        if known is None:
+            return self._view.columns.of_label(node.label)
+        if node.label is None:
+            return known
+        return known[np.isin(known, self._view.columns.of_label(node.label))]
+
+    def _empty(self, plan: Plan) -> Bindings:
+        none = np.empty(0, np.int64)
+        no_edge = EdgeColumn(
+            source=none,
+            target=none,
+            confidence=np.empty(0),
+            label=np.empty(0, object),
+            origin=np.empty(0, object),
+            explanation=np.empty(0, object),
+            hops=np.empty(0, object),
+        )
+        return Bindings(
+            n=0,
+            nodes=dict.fromkeys(plan.match.nodes, none),
+            edges={edge.name: no_edge for edge in plan.match.edges},
+            truth=always(0),
+        )
+
+
+def asked_of(query: BoundQuery) -> dict[str, list[ast.Expression]]:
+    """{variable: the conditions that are about it alone}, which is what score(variable) is the degree of."""
+    found: dict[str, list[ast.Expression]] = {}
+    for condition in query.conditions:
+        names = cypher.variables(condition)
+        if len(names) == 1 and not _mentions_score(condition):
+            found.setdefault(next(iter(names)), []).append(condition)
+    return found
+
+
+def _mentions_score(item: object) -> bool:
+    if isinstance(item, ast.Call) and item.name == "score":
+        return True
+    return any(map(_mentions_score, cypher.parts(item)))
+
+
+def _texts(values: object) -> np.ndarray[tuple[int], np.dtype[np.object_]]:
+    items = list(values)  # type: ignore[call-overload]
+    column = np.empty(len(items), object)
+    column[:] = items
+    return column
+
+
+def _lookup(table: Sequence[Positions], wanted: Sequence[Positions]) -> Positions:
+    """For each wanted combination its row in a table of distinct combinations, or -1."""
+    n = len(wanted[0])
+    if not len(table[0]):
+        return np.full(n, -1, np.int64)
+    both = [np.concatenate([a, b]) for a, b in zip(table, wanted, strict=True)]
+    codes = np.zeros(len(both[0]), np.int64)
+    for column in both:
+        _, inverse = np.unique(column, return_inverse=True)
+        _, codes = np.unique(codes * (int(inverse.max()) + 1) + inverse, return_inverse=True)
+    first, rest = codes[: len(table[0])], codes[len(table[0]) :]
+    place = np.full(int(codes.max()) + 1, -1, np.int64)
+    place[first] = np.arange(len(first))
+    return place[rest]
+
+
+def meanings_of(query: BoundQuery) -> tuple[Meaning, ...]:
+    """All meanings that a statement compares with, edges' included."""
+    edges = [edge for match in (query.match, *query.subpatterns.values()) for edge in match.edges]
+    return (*query.meanings.values(), *(edge.meaning for edge in edges if edge.meaning is not None))

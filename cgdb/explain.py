@@ -1,0 +1,71 @@
+"""What EXPLAIN and PROFILE print: the steps of a plan in the order in which they happen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from cgdb import cypher
+from cgdb.binder import BoundQuery
+from cgdb.catalog import Catalog
+from cgdb.grammar.printer import to_text
+from cgdb.planner import Plan
+from cgdb.reasons import meaning_text
+
+if TYPE_CHECKING:
+    from cgdb.executor import Profile
+
+
+def plan_text(
+    query: BoundQuery, plan: Plan, catalog: Catalog, profile: Profile | None, timings: Mapping[str, float]
+) -> str:
+    """The plan as indented lines; with a profile each step also says how many rows it gave and how long it took."""
+    lines: list[str] = []
+
+    def step(text: str, key: str | None = None, estimate: float | None = None) -> None:
+        about = f"  ~{estimate:,.0f} rows" if estimate is not None else ""
+        if profile is not None and key is not None:
+            rows, seconds = profile.steps.get(key, (0, 0.0))
+            about += f"  [{rows:,} rows, {1000 * seconds:.2f} ms]"
+        lines.append(f"{len(lines) + 1}. {text}{about}")
+
+    if plan.seed is not None:
+        text = meaning_text(query.meanings[plan.seed.meaning])
+        step(
+            f"vectors: best of ({plan.seed.node} ~ {text}) first, in batches, until {plan.top} rows are certain",
+            f"vectors {plan.seed.node}",
+            float(catalog.n_nodes),
+        )
+    for number, component in enumerate(plan.components):
+        estimate = plan.estimates[number] if number < len(plan.estimates) else None
+        if component.edges or component.pushed:
+            one_line = " ".join(cypher.statement(component, {}).text.split())
+            step(f"graph: {one_line}", f"component {number}", estimate)
+        else:
+            node = component.nodes[0]
+            step(f"scan: {node.label or 'nodes'} as {node.name}", f"component {number}", estimate)
+    for edge in plan.paths:
+        labels = "|".join(edge.labels) or "any relation"
+        step(
+            f"paths: {labels} *{edge.min_hops}..{edge.max_hops} from {edge.source} to {edge.target}",
+            f"path {edge.name}",
+        )
+    for number, condition in enumerate(plan.hidden):
+        step(f"weigh: {to_text(condition)} (best match counts)", f"condition {number} {id(condition)}")
+    for number, condition in enumerate(plan.conditions):
+        step(f"weigh: {to_text(condition)}", f"condition {number} {id(condition)}")
+    if query.aggregates:
+        step("group: " + ", ".join(column.name for column in query.returns))
+    if query.order:
+        step("order: " + ", ".join(to_text(item.expression) for item in query.order))
+    elif not query.aggregates:
+        step("order: best score first")
+    if query.rerank is not None:
+        step(f"rerank: the best {query.rerank[1]} by a language model")
+    if query.limit is not None or query.skip:
+        step(f"cut: skip {query.skip}, " + ("all that follow" if query.limit is None else f"at most {query.limit}"))
+    if not query.aggregates:
+        step("return: " + ", ".join(column.name for column in query.returns))
+    if profile is not None:
+        lines.append("   " + ", ".join(f"{stage} {1000 * seconds:.2f} ms" for stage, seconds in timings.items()))
+    return "\n".join(lines)

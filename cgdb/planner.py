@@ -1,0 +1,231 @@
+"""Planner: in which order a bound statement is carried out, and what the graph index does of it.
+
+A plan is made by a tuple of rules, each a function from a draft to a better one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from cgdb.binder import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
+from cgdb.catalog import Catalog
+from cgdb.cypher import Component, pushable, variables
+from cgdb.grammar import ast
+
+GRAPH_ROW = 3e-6
+"""Seconds that one row of a graph step costs, measured; with DEGREE and LOOKUP it decides where a query starts."""
+DEGREE = 0.4e-6
+"""Seconds that the degree of one object costs when all of a scene are computed together."""
+LOOKUP = 20e-6
+"""Seconds that one key looked up in the graph index costs."""
+FIRST_BATCH = 64
+"""Candidates that a search from the vectors brings to the graph first; each later batch is four times as large."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seed:
+    """Where a search from the vectors starts: a node, and the meaning whose best matches are tried first."""
+
+    node: str
+    meaning: ast.Meaning
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """How a match is carried out, in this order.
+
+    components: matched in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden:
+    conditions on unnamed nodes, whose best match counts. conditions: the rest, cheapest first. seed: start from the
+    vectors, None: from the graph. top: rows that are enough, None: all. estimates: {component: rows}.
+    """
+
+    match: BoundMatch
+    components: tuple[Component, ...] = ()
+    paths: tuple[BoundEdge, ...] = ()
+    hidden: tuple[ast.Expression, ...] = ()
+    conditions: tuple[ast.Expression, ...] = ()
+    seed: Seed | None = None
+    top: int | None = None
+    estimates: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Draft:
+    plan: Plan
+    query: BoundQuery | None
+    pending: tuple[ast.Expression, ...]
+    catalog: Catalog
+    meanings: Mapping[ast.Meaning, Meaning] = field(default_factory=dict)
+
+
+def plan(query: BoundQuery, catalog: Catalog) -> Plan:
+    """The plan of a statement over a scene (or scenes) with this catalog."""
+    draft = _Draft(plan=Plan(match=query.match), query=query, pending=query.conditions, catalog=catalog)
+    return _applied(draft)
+
+
+def plan_condition(match: BoundMatch, catalog: Catalog) -> Plan:
+    """The plan of a pattern that is used as a condition."""
+    return _applied(_Draft(plan=Plan(match=match), query=None, pending=match.conditions, catalog=catalog))
+
+
+def _applied(draft: _Draft) -> Plan:
+    for rule in RULES:
+        draft = rule(draft)
+    return draft.plan
+
+
+# -- rules ------------------------------------------------------------------------------------------------------
+
+
+def join_components(draft: _Draft) -> _Draft:
+    """Nodes that single-hop edges connect become one component, matched by one statement of the graph index."""
+    match = draft.plan.match
+    group = {name: name for name in match.nodes}
+
+    def root(name: str) -> str:
+        while group[name] != name:
+            name = group[name]
+        return name
+
+    single = [edge for edge in match.edges if not edge.is_path]
+    for edge in single:
+        group[root(edge.source)] = root(edge.target)
+    aliases = {name: f"n{i}" for i, name in enumerate(match.nodes)}
+    aliases.update({edge.name: f"r{i}" for i, edge in enumerate(single)})
+    components = []
+    for top in dict.fromkeys(root(name) for name in match.nodes):
+        nodes = tuple(node for name, node in match.nodes.items() if root(name) == top)
+        edges = tuple(edge for edge in single if root(edge.source) == top)
+        names = {node.name for node in nodes} | {edge.name for edge in edges}
+        mine = {name: alias for name, alias in aliases.items() if name in names}
+        components.append(Component(nodes=nodes, edges=edges, pushed=(), aliases=mine))
+    paths = tuple(edge for edge in match.edges if edge.is_path)
+    return replace(draft, plan=replace(draft.plan, components=tuple(components), paths=paths))
+
+
+def push_conditions(draft: _Draft) -> _Draft:
+    """Comparisons that the graph index tests with the same meaning go into its statement."""
+    components = list(draft.plan.components)
+    pending = []
+    for condition in draft.pending:
+        names = variables(condition)
+        home = next((i for i, part in enumerate(components) if names and names <= set(part.aliases)), None)
+        nodes = {node.name for node in components[home].nodes} if home is not None else set()
+        if home is not None and names <= nodes and pushable(condition, draft.catalog.properties):
+            part = components[home]
+            components[home] = replace(part, pushed=(*part.pushed, condition))
+        else:
+            pending.append(condition)
+    return replace(draft, plan=replace(draft.plan, components=tuple(components)), pending=tuple(pending))
+
+
+def split_hidden(draft: _Draft) -> _Draft:
+    """Conditions on unnamed nodes come first: of an unnamed node only the best match counts."""
+    nodes = draft.plan.match.nodes
+    unnamed = {name for name, node in nodes.items() if not node.named}
+    hidden = tuple(condition for condition in draft.pending if variables(condition) & unnamed)
+    rest = tuple(condition for condition in draft.pending if condition not in hidden)
+    return replace(draft, plan=replace(draft.plan, hidden=hidden), pending=rest)
+
+
+def order_conditions(draft: _Draft) -> _Draft:
+    """The cheapest conditions first, those that can drop rows before those that only weigh them."""
+    ordered = tuple(sorted(draft.pending, key=_cost))
+    return replace(draft, plan=replace(draft.plan, conditions=ordered), pending=())
+
+
+def estimate_rows(draft: _Draft) -> _Draft:
+    """How many rows each component gives, from the counts of the catalog."""
+    estimates = tuple(_rows(part, draft.catalog) for part in draft.plan.components)
+    return replace(draft, plan=replace(draft.plan, estimates=estimates))
+
+
+def choose_start(draft: _Draft) -> _Draft:
+    """Start from the vectors where the best few matches of a ``~`` will do and the graph would give many more rows.
+
+    That is sound because a row's score is never above the degree of any one thing that it was asked: once enough
+    rows score at least the degree of the next candidate, no later candidate can displace them.
+    """
+    query, made = draft.query, draft.plan
+    if query is None or query.limit is None or query.order or query.aggregates or query.distinct or query.rerank:
+        return draft
+    top = query.skip + query.limit
+    made = replace(made, top=top)
+    seeds = [
+        Seed(node=condition.variable, meaning=condition.meaning)
+        for condition in made.conditions
+        if isinstance(condition, ast.Similar) and made.match.nodes[condition.variable].id is None
+    ]
+    if seeds and top > 0:
+        rows = 1.0
+        for estimate in made.estimates:
+            rows *= max(estimate, 1.0)
+        objects = max(draft.catalog.n_nodes, 1)
+        tried = min(objects, max(FIRST_BATCH, 4 * top))
+        structural = any(part.edges or part.pushed for part in made.components)
+        lookup = LOOKUP if structural else GRAPH_ROW
+        from_vectors = objects * DEGREE + tried * lookup + rows * tried / objects * GRAPH_ROW
+        if from_vectors < rows * GRAPH_ROW:
+            made = replace(made, seed=seeds[0])
+    return replace(draft, plan=made)
+
+
+Rule = Callable[[_Draft], _Draft]
+RULES: tuple[Rule, ...] = (
+    join_components,
+    push_conditions,
+    split_hidden,
+    order_conditions,
+    estimate_rows,
+    choose_start,
+)
+
+
+# -- estimates --------------------------------------------------------------------------------------------------
+
+_EQUAL, _RANGE = 0.05, 0.3
+"""Shares of rows that an equality and a range comparison are taken to keep, where nothing more is known."""
+
+
+def _rows(part: Component, catalog: Catalog) -> float:
+    def size(node: BoundNode) -> float:
+        if node.id is not None:
+            return 1.0
+        return float(catalog.n_nodes if node.label is None else catalog.labels.get(node.label, 0))
+
+    nodes = {node.name: size(node) for node in part.nodes}
+    rows = 1.0
+    for count in nodes.values():
+        rows *= count
+    for edge in part.edges:
+        labels = edge.labels or tuple(catalog.relations)
+        count = float(sum(map(catalog.relation_count, labels))) * (1 if edge.directed else 2)
+        rows *= min(1.0, count / max(1.0, float(catalog.n_nodes) ** 2))
+    for condition in part.pushed:
+        equal = isinstance(condition, (ast.In, ast.IsNull)) or (
+            isinstance(condition, ast.Comparison) and condition.op == "="
+        )
+        rows *= _EQUAL if equal else _RANGE
+    return rows
+
+
+def _cost(condition: ast.Expression) -> int:
+    if isinstance(condition, ast.PatternCondition):
+        return 4
+    inner = list(_inside(condition))
+    if any(isinstance(item, ast.PatternCondition) for item in inner):
+        return 4
+    if any(isinstance(item, ast.Similar) for item in inner):
+        return 3 if not isinstance(condition, ast.Similar) else 2
+    return 1 if any(isinstance(item, ast.Call) for item in inner) else 0
+
+
+def _inside(item: object) -> Sequence[object]:
+    from cgdb.cypher import parts
+
+    found = [item]
+    for part in parts(item):
+        found.extend(_inside(part))
+    return found

@@ -1,0 +1,132 @@
+"""The flow of a query: parse, bind, plan, execute, answer. One short function runs the stages in order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from cgdb.answer import SceneRows, answer
+from cgdb.binder import BoundQuery, bind
+from cgdb.catalog import merge
+from cgdb.errors import BindError, CgdbError, ExecuteError, did_you_mean
+from cgdb.executor import Executor, Profile
+from cgdb.explain import plan_text
+from cgdb.grammar import ast
+from cgdb.grammar.parser import parse
+from cgdb.grammar.printer import to_text
+from cgdb.limits import Budget
+from cgdb.planner import Plan, plan
+from cgdb.result import Result, Row
+from cgdb.view import SceneView
+
+ViewsOf = Callable[[Sequence[str] | None, int | str | None], Sequence[SceneView]]
+"""The views of the scenes with these names (None: all), as of a revision or time (None: now)."""
+
+
+def run(text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Budget) -> Result:
+    """The answer to a statement. Every error of a stage carries its place in the text."""
+    started = time.perf_counter()
+    timings: dict[str, float] = {}
+
+    def lap(stage: str) -> None:
+        nonlocal started
+        now = time.perf_counter()
+        timings[stage] = now - started
+        started = now
+
+    try:
+        tree = parse(text)
+        lap("parse")
+        views = _views(tree, parameters, views_of)
+        lap("open")
+        catalog = merge(view.catalog for view in views)
+        bound = bind(tree, catalog, parameters)
+        _check_ids(bound, views)
+        lap("bind")
+        made = plan(bound, catalog)
+        lap("plan")
+        if bound.rerank is not None and tree.mode is not ast.Mode.EXPLAIN:
+            raise ExecuteError(
+                "RERANK BY asks a language model, and none is configured",
+                hint="leave RERANK BY out; the rows come best first by what the map itself says",
+            )
+        profile = Profile()
+        rows: tuple[Row, ...] = ()
+        if tree.mode is not ast.Mode.EXPLAIN:
+            parts = _executed(bound, made, views, budget, profile)
+            lap("execute")
+            rows = answer(bound, parts)
+            lap("answer")
+    except CgdbError as error:
+        raise error.located(text) from error.__cause__
+    warnings = (*bound.warnings, *(line for view in views for line in view.degrees.warnings))
+    explained = plan_text(bound, made, catalog, profile if tree.mode is ast.Mode.PROFILE else None, timings)
+    if tree.mode is not ast.Mode.RUN:
+        lines = tuple(Row((line,), 1.0, True, tuple) for line in explained.splitlines())
+        return Result(
+            columns=("plan",), rows=lines, plan=explained, timings=timings, warnings=warnings, query=to_text(tree)
+        )
+    return Result(
+        columns=tuple(column.name for column in bound.returns),
+        rows=rows,
+        plan=explained,
+        timings=timings,
+        warnings=tuple(dict.fromkeys(warnings)),
+        query=to_text(tree),
+    )
+
+
+def _views(tree: ast.Query, parameters: Mapping[str, Any], views_of: ViewsOf) -> Sequence[SceneView]:
+    names: list[str] = []
+    for item in tree.scenes:
+        value = item.value if isinstance(item, ast.Text) else _given(item, parameters)
+        for name in value if isinstance(value, (list, tuple)) else (value,):
+            if not isinstance(name, str):
+                raise BindError(f"USE asks for the names of scenes, not {name!r}", span=item.span)
+            if name not in names:
+                names.append(name)
+    as_of: int | str | None = None
+    if tree.as_of is not None:
+        given = _given(tree.as_of, parameters) if isinstance(tree.as_of, ast.Parameter) else tree.as_of.value
+        if isinstance(given, bool) or not isinstance(given, (int, str)):
+            raise BindError("AS OF asks for the number of a revision or a time", span=tree.as_of.span)
+        as_of = given
+    try:
+        return views_of(names or None, as_of)
+    except CgdbError as error:
+        if error.span is None and (tree.scenes or tree.as_of is not None):
+            places = [item for item in tree.scenes if isinstance(item, ast.Text) and f"'{item.value}'" in error.message]
+            error.span = (places[0] if places else tree.as_of or tree.scenes[0]).span
+        raise
+
+
+def _given(item: ast.Parameter, parameters: Mapping[str, Any]) -> Any:
+    if item.name not in parameters:
+        raise BindError(
+            f"parameter ${item.name} was not given", hint=did_you_mean(item.name, parameters), span=item.span
+        )
+    return parameters[item.name]
+
+
+def _check_ids(bound: BoundQuery, views: Sequence[SceneView]) -> None:
+    """An id that no scene has is a slip of the pen, and said so; one that some scenes lack just gives no rows there."""
+    for match in (bound.match, *bound.subpatterns.values()):
+        for node in match.nodes.values():
+            if node.id is not None and all(view.find(node.id) is None for view in views):
+                raise _no_such_id(node.id, views, node)
+
+
+def _no_such_id(node_id: int | str, views: Sequence[SceneView], item: Any) -> BindError:
+    names = ", ".join(f"'{view.info.name}'" for view in views[:4])
+    return BindError(f"there is no object or place #{node_id} in {names}", span=item.span)
+
+
+def _executed(
+    bound: BoundQuery, made: Plan, views: Sequence[SceneView], budget: Budget, profile: Profile
+) -> list[SceneRows]:
+    parts = []
+    for view in views:
+        executor = Executor(view, bound, budget, profile)
+        parts.append(SceneRows(view=view, executor=executor, plan=made, rows=executor.rows(made)))
+    return parts

@@ -1,0 +1,251 @@
+"""A scene at one revision as queries see it: columns, indexes and degrees, each opened when first needed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb import columns
+from cgdb.artefacts import Artefact, Artefacts
+from cgdb.bindings import Positions
+from cgdb.catalog import BUILT_IN, Catalog
+from cgdb.columns import Columns
+from cgdb.degrees import Degrees
+from cgdb.encoders import Encoders
+from cgdb.errors import BindError, did_you_mean
+from cgdb.graph import GraphIndex, property_column
+from cgdb.ledger import Ledger, NodeRow, SceneInfo
+from cgdb.result import StoredNode, StoredRelation
+from cgdb.scene import FeatureSpace, ObjectId, canonical_id
+from cgdb.texts import TextIndex
+from cgdb.vectors import VectorIndex
+
+_GRAPH_COLUMNS = {
+    "label": "label",
+    "tag": "tag",
+    "name": "tag",
+    "caption": "caption",
+    "confidence": "confidence",
+    "n_observations": "n_observations",
+}
+
+
+class SceneView:
+    """One scene, read-only. Positions are places in ``columns``; everything here speaks of nodes by position."""
+
+    def __init__(self, info: SceneInfo, ledger: Ledger, artefacts: Artefacts, encoders: Encoders) -> None:
+        self.info = info
+        self._ledger = ledger
+        self._artefacts = artefacts
+        self.degrees = Degrees(self, encoders)
+        self._columns: dict[str, NDArray[Any]] = {}
+        self._vectors: dict[str, VectorIndex] = {}
+        self._keys_of_ids: dict[ObjectId, int | None] = {}
+        self._lock = threading.RLock()
+
+    def close(self) -> None:
+        """Close the graph index if it was opened."""
+        if "graph" in self.__dict__:
+            self.graph.close()
+
+    def interrupt(self) -> None:
+        """Stop what the graph index is doing now."""
+        if "graph" in self.__dict__:
+            self.graph.interrupt()
+
+    # -- indexes ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _columns_file(self) -> Artefact:
+        return self._index(
+            "columns",
+            lambda path: columns.build(path, self._ledger.nodes(self.info), self._ledger.relations(self.info)),
+        )
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Keys, labels and boxes of all nodes."""
+        return columns.read(self._columns_file.path, self._columns_file.meta, self.info.up)
+
+    @cached_property
+    def catalog(self) -> Catalog:
+        """What the scene holds, by name."""
+        return Catalog.from_json(self._columns_file.meta["catalog"])
+
+    @cached_property
+    def graph(self) -> GraphIndex:
+        """The graph index, opened for reading."""
+        return GraphIndex.open(self._index(GraphIndex.kind(), self._build_graph).path)
+
+    @cached_property
+    def texts(self) -> TextIndex:
+        """The texts of all nodes and the words in them."""
+        return TextIndex.open(self._index("texts", self._build_texts).path)
+
+    def space(self, name: str) -> FeatureSpace:
+        """A feature space of the scene by name; BindError with the nearest name where there is none."""
+        for space in self.info.spaces:
+            if space.name == name:
+                return space
+        known = [space.name for space in self.info.spaces]
+        raise BindError(
+            f"scene '{self.info.name}' has no feature space '{name}'",
+            hint=did_you_mean(name, known) or (f"it has {', '.join(known)}" if known else "it has no features"),
+        )
+
+    def vectors(self, space: str) -> VectorIndex:
+        """The vectors of one feature space."""
+        if space not in self._vectors:
+            dimension = self.space(space).dimension
+            made = self._index(
+                f"vectors-{space}",
+                lambda path: VectorIndex.build(path, dimension, self._ledger.features(self.info, space)),
+            )
+            self._vectors[space] = VectorIndex.open(made.path, made.meta)
+        return self._vectors[space]
+
+    def prepare(self) -> None:
+        """Build every index that is not there yet."""
+        _ = self.columns, self.graph, self.texts
+        for space in self.info.spaces:
+            self.vectors(space.name)
+
+    def _index(self, kind: str, build: Any) -> Artefact:
+        with self._lock:
+            return self._artefacts.get(kind, self.info.id, self.info.revision, build)
+
+    def _build_graph(self, path: Any) -> Mapping[str, Any]:
+        return GraphIndex.build(
+            path, self._ledger.nodes(self.info), self._ledger.relations(self.info), self.catalog.columns
+        )
+
+    def _build_texts(self, path: Any) -> Mapping[str, Any]:
+        TextIndex.build(node for batch in self._ledger.nodes(self.info) for node in batch).save(path)
+        return {}
+
+    # -- nodes and relations ------------------------------------------------------------------------------------
+
+    def find(self, node_id: ObjectId) -> int | None:
+        """The position of the object or place with this id, or None."""
+        if node_id not in self._keys_of_ids:
+            node = self._ledger.node_by_id(self.info, canonical_id(node_id))
+            self._keys_of_ids[node_id] = None if node is None else node.key
+        key = self._keys_of_ids[node_id]
+        return None if key is None else int(np.searchsorted(self.columns.keys, key))
+
+    def position(self, node_id: ObjectId) -> int:
+        """The position of the object or place with this id; BindError where there is none."""
+        position = self.find(node_id)
+        if position is None:
+            raise BindError(f"there is no #{node_id} in scene '{self.info.name}'")
+        return position
+
+    def column(self, name: str) -> NDArray[Any]:
+        """(n,) a property of every node: float64 with NaN for null where it is a number, else objects with None."""
+        if name not in self._columns:
+            self._columns[name] = self._column(name)
+        return self._columns[name]
+
+    def _column(self, name: str) -> NDArray[Any]:
+        boxes = self.columns.boxes
+        if name in ("x", "y", "z"):
+            return boxes.centers[:, "xyz".index(name)]
+        if name == "scene":
+            return _objects([self.info.name] * len(self.columns.keys))
+        kind = BUILT_IN.get(name) or self.catalog.properties.get(name)
+        if name in ("center", "extent"):
+            array = boxes.centers if name == "center" else boxes.extents
+            known = np.isfinite(array).all(axis=1)
+            return _objects([row if ok else None for row, ok in zip(array.tolist(), known.tolist(), strict=True)])
+        if kind is None:
+            return _objects([None] * len(self.columns.keys))
+        in_graph = _GRAPH_COLUMNS.get(name) or (
+            property_column(name) if name not in BUILT_IN and kind in ("number", "text", "boolean", "list") else None
+        )
+        if in_graph is not None:
+            table = self.graph.run(f"MATCH (n:Node) RETURN n.key AS k, n.{in_graph} AS v")
+            order = np.argsort(np.asarray(table.data[0], np.int64))
+            values = table.data[1]
+            if isinstance(values, np.ndarray):
+                return values.astype(np.float64)[order] if kind == "number" else _objects(values[order].tolist())
+            ordered = [values[i] for i in order.tolist()]
+            if kind == "number":
+                return np.asarray([np.nan if v is None else float(v) for v in ordered])
+            return _objects(ordered)
+        rows = (row for batch in self._ledger.nodes(self.info) for row in batch)
+        if name == "id":
+            return _objects([row.id for row in rows])
+        if name == "tags":
+            return _objects([list(row.tags) for row in rows])
+        return _objects([_listed(row.properties.get(name)) for row in rows])
+
+    def rows(self, positions: Positions) -> dict[int, NodeRow]:
+        """{position: the ledger's row} of these nodes."""
+        keys = self.columns.keys[positions].tolist()
+        found = self._ledger.nodes_by_key(self.info, list(dict.fromkeys(keys)))
+        return {int(position): found[key] for position, key in zip(positions.tolist(), keys, strict=True)}
+
+    def stored(self, positions: Positions) -> dict[int, StoredNode]:
+        """{position: the record} of these nodes, as results hold them."""
+        return {position: self._stored(row) for position, row in self.rows(positions).items()}
+
+    def _stored(self, row: NodeRow) -> StoredNode:
+        return StoredNode(
+            scene=self.info.name,
+            id=row.id,
+            label=row.label,
+            tag=row.tag,
+            tags=row.tags,
+            caption=row.caption,
+            center=row.center,
+            extent=row.extent,
+            rotation=row.rotation,
+            n_observations=row.n_observations,
+            confidence=row.confidence,
+            properties=row.properties,
+        )
+
+    def relations_of(self, positions: Positions) -> list[StoredRelation]:
+        """All relations that touch one of these nodes."""
+        found = self._ledger.relations_of(self.info, self.columns.keys[positions].tolist())
+        ends = self.columns.positions(np.asarray([[r.source, r.target] for r in found], np.int64).reshape(-1, 2))
+        ids = {position: row.id for position, row in self.rows(np.unique(ends)).items()}
+        return [
+            StoredRelation(
+                scene=self.info.name,
+                source=ids[int(source)],
+                target=ids[int(target)],
+                label=relation.label,
+                confidence=relation.confidence,
+                explanation=relation.explanation,
+                origin=relation.origin,
+            )
+            for relation, (source, target) in zip(found, ends.tolist(), strict=True)
+        ]
+
+    def edges(self, labels: Sequence[str]) -> tuple[Positions, Positions, NDArray[np.float64]]:
+        """Source positions, target positions and confidences of all relations with one of these labels (none: all)."""
+        test = "WHERE r.label IN $labels " if labels else ""
+        table = self.graph.run(
+            f"MATCH (a:Node)-[r:Rel]->(b:Node) {test}RETURN a.key AS a, b.key AS b, r.confidence AS c",
+            {"labels": list(labels)} if labels else {},
+        )
+        source = self.columns.positions(np.asarray(table.data[0], np.int64))
+        target = self.columns.positions(np.asarray(table.data[1], np.int64))
+        order = np.lexsort((target, source))
+        return source[order], target[order], np.asarray(table.data[2], np.float64)[order]
+
+
+def _objects(values: list[Any]) -> NDArray[np.object_]:
+    column = np.empty(len(values), object)
+    column[:] = values
+    return column
+
+
+def _listed(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
