@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeAlias
 
-from sqlalchemy import Connection, func, insert, select
+from sqlalchemy import Connection, func, insert, select, update
 
 from cgdb import rows, schema
 from cgdb.errors import CorruptionError
@@ -95,7 +95,12 @@ class Header:
 def latest(connection: Connection) -> int:
     """The number of the last revision, 0 when there is none."""
     table = schema.revisions
-    return int(connection.execute(select(func.coalesce(func.max(table.c.id), 0))).scalar_one())
+    found = int(connection.execute(select(func.coalesce(func.max(table.c.id), 0))).scalar_one())
+    # Noted twice: a last revision that is lost must not make the one before it look like the latest.
+    noted = connection.execute(select(schema.meta.c.value).where(schema.meta.c.name == "head")).scalar()
+    if noted != str(found):
+        raise CorruptionError(f"the last revision of the ledger is damaged: {found} is there, {noted} is noted")
+    return found
 
 
 def read_revisions(connection: Connection) -> Iterator[Revision]:
@@ -120,6 +125,8 @@ def read_revisions(connection: Connection) -> Iterator[Revision]:
         )
         before = values[-1]
         expected += 1
+    if expected != latest(connection) + 1:
+        raise CorruptionError(f"revision {expected} of the ledger is damaged or missing")
 
 
 def revision_at(connection: Connection, moment: datetime) -> int:
@@ -148,7 +155,20 @@ def add_revision(connection: Connection, *, kind: str, scene_id: int, scene: str
     now = max(time.time_ns() // 1000, clock + 1)
     values = (number + 1, now, kind, scene_id, scene, message, *counts)
     connection.execute(insert(table).values((*values, _revision_seal(values, before))))
+    connection.execute(update(schema.meta).where(schema.meta.c.name == "head").values(value=str(number + 1)))
     return int(number) + 1
+
+
+def scene_id(connection: Connection, name: str) -> int | None:
+    """The number of a scene that is there or once was."""
+    table = schema.scenes
+    row = connection.execute(select(table).where(table.c.name == name)).one_or_none()
+    if row is None:
+        # Not by the index: by all names, each compared with its seal.
+        return scene_names(connection).get(name)
+    if row.seal != rows.record_digest((row.id, name)):
+        raise CorruptionError(f"scene '{name}': its entry in the ledger is damaged")
+    return int(row.id)
 
 
 def scene_names(connection: Connection) -> dict[str, int]:

@@ -27,6 +27,7 @@ from cgdb.history import Revision, SceneInfo
 from cgdb.rows import NodeRow, RelationRow
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph
 from cgdb.snapshot import read_scene_graph
+from cgdb.verify import Cloud
 from cgdb.writer import OnExisting, SceneWriter
 
 __all__ = ["Changes", "Damage", "Ledger", "NodeRow", "RelationRow", "Revision", "SceneInfo", "SceneWriter"]
@@ -108,9 +109,9 @@ class Ledger:
         """One scene at a revision."""
         with self._reading() as connection:
             at = _resolve(connection, as_of)
-            names = history.scene_names(connection)
-            if name in names:
-                header = history.read_header(connection, names[name], name, at)
+            scene_id = history.scene_id(connection, name)
+            if scene_id is not None:
+                header = history.read_header(connection, scene_id, name, at)
                 if header is not None and not header.removed:
                     return header.info(None if as_of is None else at)
             there = [header.name for header in history.live_headers(connection, at)]
@@ -158,7 +159,7 @@ class Ledger:
         """The vectors of a space that nodes among keys have, by key: keys (b,) and vectors (b, d)."""
         return reader.features_by_key(self._reading, info, space, _dimension(info, space), keys)
 
-    def cloud(self, info: SceneInfo, key: int) -> reader.Cloud | None:
+    def cloud(self, info: SceneInfo, key: int) -> Cloud | None:
         """Points (n, 3) float32 m and colors (n, 3) uint8 of a node."""
         return reader.cloud(self._reading, info, key)
 
@@ -206,6 +207,8 @@ class Ledger:
         """
         if not isinstance(scene, str) or not 0 < len(scene) <= 256 or "\x00" in scene:
             raise SceneError(f"a scene's name must be text of 1 to 256 characters, not {str(scene)[:40]!r}")
+        for text in (scene, kind, message):
+            rows.check_text("a name or message", text)
         with self._transaction() as connection:
             number = history.latest(connection) + 1
             scene_id, old = self._find(connection, scene, number)
@@ -237,6 +240,7 @@ class Ledger:
     def remove_scene(self, name: str, *, message: str = "") -> int:
         """Remove a scene as a revision; earlier revisions still show it. Returns the revision."""
         self.scene(name)
+        rows.check_text("a message", message)
         with self._transaction() as connection:
             number = history.latest(connection) + 1
             scene_id, old = self._find(connection, name, number)
@@ -260,10 +264,10 @@ class Ledger:
             return revision
 
     def _find(self, connection: Connection, scene: str, number: int) -> tuple[int, history.Header | None]:
-        names = history.scene_names(connection)
-        if scene not in names:
+        scene_id = history.scene_id(connection, scene)
+        if scene_id is None:
             return history.add_scene(connection, scene), None
-        return names[scene], history.read_header(connection, names[scene], scene, number)
+        return scene_id, history.read_header(connection, scene_id, scene, number)
 
     @contextlib.contextmanager
     def _reading(self) -> Iterator[Connection]:
@@ -305,7 +309,7 @@ def _create(path: Path) -> None:
                 try:
                     with sqlite.writing(engine) as connection:
                         schema.metadata.create_all(connection)
-                        values = {"format": str(schema.FORMAT), "store": uuid.uuid4().hex}
+                        values = {"format": str(schema.FORMAT), "store": uuid.uuid4().hex, "head": "0"}
                         connection.execute(insert(schema.meta), [{"name": n, "value": v} for n, v in values.items()])
                         sqlite.set_user_version(connection, schema.FORMAT)
                         connection.commit()
@@ -327,9 +331,11 @@ def _identify(engine: Engine, file: Path) -> str:
             raise CorruptionError(f"{file}: the ledger is empty: its bytes are gone")
         if not sqlite.has_table(connection, schema.meta.name):
             raise StoreError(f"{file} is a database, but not a ledger of cgdb")
+        noted = sqlite.user_version(connection)
         values = {str(name): str(value) for name, value in connection.execute(select(schema.meta))}
     version = values.get("format", "")
-    if not version.isdigit() or "store" not in values:
+    # Written in two places, so that a damaged byte is not taken for a newer version.
+    if version != str(noted) or "store" not in values:
         raise CorruptionError(f"{file}: the ledger does not tell its format: it is damaged")
     if int(version) > schema.FORMAT:
         raise VersionError(

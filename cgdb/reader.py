@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -14,26 +13,14 @@ from numpy.typing import NDArray
 from sqlalchemy import Column, Connection, Row, Select, Table, func, select, true, tuple_
 from sqlalchemy.sql.elements import ColumnElement
 
-from cgdb import history, rows, schema
+from cgdb import history, schema
 from cgdb.errors import CorruptionError
 from cgdb.history import SceneInfo
 from cgdb.rows import MASK, NodeRow, RelationRow
+from cgdb.verify import COLUMNS, Cloud, verified
 
 Reading: TypeAlias = Callable[[], AbstractContextManager[Connection]]
 """Opens a connection on one snapshot, with errors already translated."""
-
-Cloud: TypeAlias = "tuple[NDArray[np.float32], NDArray[np.uint8] | None]"
-
-_Verified: TypeAlias = Callable[[SceneInfo, Sequence[Any]], tuple[int, Any]]
-
-_SPAN = ("rev_from", "rev_to", "seal")
-_NODE = ("key", *_SPAN, "id", "label", "tag", "tags", "caption", "box", "n_observations", "confidence", "properties")
-_RELATION = ("source", "target", "label", "origin", *_SPAN, "confidence", "explanation")
-_FEATURE = ("key", *_SPAN, "vector")
-_CLOUD = ("key", *_SPAN, "n_points", "colored", "data")
-
-_UNDECODABLE = (struct.error, ValueError, TypeError, AttributeError, OverflowError, KeyError)
-"""What decoding a damaged row may raise before its seal is compared."""
 
 _ASKED_AT_ONCE = 1000  # keys in one IN (...): far below SQLite's limit of 32,766 parameters
 
@@ -64,66 +51,6 @@ class PartSum:
                 f"{self._count} rows were read, {expected[0]} were written",
                 hint="`cgdb check` tells what can still be read",
             )
-
-
-# --- verified rows ---------------------------------------------------------------------------------------------------
-
-
-def verified_node(info: SceneInfo, row: Sequence[Any]) -> tuple[int, NodeRow]:
-    """Digest and record of a row in the order of ``_NODE``."""
-    key, rev_from, rev_to, mark = row[:4]
-    payload = tuple(row[4:])
-    try:
-        digest = rows.node_digest(info.id, key, payload)
-        if rows.seal(mark, rev_from, rev_to) == digest:
-            return digest, rows.node_row(key, payload)
-    except _UNDECODABLE as error:
-        raise _damaged(info, f"object #{row[4]} (key {key})") from error
-    raise _damaged(info, f"object #{row[4]} (key {key})")
-
-
-def verified_relation(info: SceneInfo, row: Sequence[Any]) -> tuple[int, RelationRow]:
-    """Digest and record of a row in the order of ``_RELATION``."""
-    source, target, label, origin, rev_from, rev_to, mark, confidence, explanation = row
-    payload = (source, target, label, origin, confidence, explanation)
-    try:
-        digest = rows.relation_digest(info.id, payload)
-        if rows.seal(mark, rev_from, rev_to) == digest:
-            return digest, rows.relation_row(payload)
-    except _UNDECODABLE as error:
-        raise _damaged(info, f"relation {label!r} between keys {source} and {target}") from error
-    raise _damaged(info, f"relation {label!r} between keys {source} and {target}")
-
-
-def verified_feature(info: SceneInfo, space: str, row: Sequence[Any]) -> tuple[int, bytes]:
-    """Digest and vector bytes of a row in the order of ``_FEATURE``."""
-    key, rev_from, rev_to, mark, vector = row
-    try:
-        digest = rows.feature_digest(info.id, space.encode(), key, vector)
-        if rows.seal(mark, rev_from, rev_to) == digest:
-            return digest, vector
-    except _UNDECODABLE as error:
-        raise _damaged(info, f"feature '{space}' of the object with key {key}") from error
-    raise _damaged(info, f"feature '{space}' of the object with key {key}")
-
-
-def verified_cloud(info: SceneInfo, row: Sequence[Any]) -> tuple[int, Cloud]:
-    """Digest and arrays of a row in the order of ``_CLOUD``."""
-    key, rev_from, rev_to, mark, n_points, colored, data = row
-    try:
-        digest = rows.cloud_digest(info.id, key, n_points, colored, data)
-        if rows.seal(mark, rev_from, rev_to) == digest:
-            return digest, rows.cloud_arrays(n_points, colored, data)
-    except _UNDECODABLE as error:
-        raise _damaged(info, f"point cloud of the object with key {key}") from error
-    raise _damaged(info, f"point cloud of the object with key {key}")
-
-
-def _damaged(info: SceneInfo, what: str) -> CorruptionError:
-    return CorruptionError(
-        f"scene '{info.name}': {what} is damaged: its bytes are not those that were written",
-        hint="the rest can still be read; import the scene again, or restore the store from a copy",
-    )
 
 
 # --- whole parts, in order -------------------------------------------------------------------------------------------
@@ -171,7 +98,7 @@ class Lifetime:
 
 def lifetimes(reading: Reading, info: SceneInfo, part: str, damaged: list[str], *, every: bool) -> Iterator[Lifetime]:
     """The rows of a part, damaged ones listed instead: those of the revision, or every one there ever was."""
-    table, _, _, _ = _part(info, part)
+    table = _table(part)[0]
     which = true() if every else schema.live(table, info.revision)
     for found in _pages(reading, info, part, 256 if part == "clouds" else 4096, damaged, which, total=False):
         for row, digest, _ in found:
@@ -188,20 +115,11 @@ _ORDER: dict[Table, tuple[str, ...]] = {
 """The columns that name a live row, in the order of reading."""
 
 
-def _part(info: SceneInfo, part: str) -> tuple[Table, tuple[str, ...], ColumnElement[bool], _Verified]:
-    """Table, columns, condition and verifier of a part."""
-    if part == "nodes":
-        return schema.nodes, _NODE, true(), verified_node
-    if part == "relations":
-        return schema.relations, _RELATION, true(), verified_relation
-    if part == "clouds":
-        return schema.clouds, _CLOUD, true(), verified_cloud
-    space = part.removeprefix("features:")
-
-    def verified(info: SceneInfo, row: Sequence[Any]) -> tuple[int, bytes]:
-        return verified_feature(info, space, row)
-
-    return schema.features, _FEATURE, schema.features.c.space == space, verified
+def _table(part: str) -> tuple[Table, ColumnElement[bool]]:
+    """The table of a part, and which of its rows are meant."""
+    name, _, space = part.partition(":")
+    table = schema.metadata.tables[name]
+    return table, table.c.space == space if space else true()
 
 
 def _pages(
@@ -218,12 +136,11 @@ def _pages(
 
     A damaged row is an error or, where there is a list for them, an entry there. total: compare the sums at the end.
     """
-    table, names, condition, verified = _part(info, part)
+    table = _table(part)[0]
     # rev_from last: where history is read, a name has several rows.
     order = [table.c[name] for name in (*_ORDER[table], "rev_from")]
     width = len(order)
-    statement = select(*(table.c[name] for name in names)).where(table.c.scene_id == info.id, condition, which)
-    statement = statement.order_by(*order)
+    statement = _select(part).where(table.c.scene_id == info.id, which).order_by(*order)
     sums = PartSum(reading, info, part)
     after: tuple[Any, ...] | None = None
     while True:
@@ -240,7 +157,7 @@ def _pages(
         found: list[tuple[Sequence[Any], int, Any]] = []
         for row in raw:
             try:
-                digest, value = verified(info, row)
+                digest, value = verified(part, info.id, info.name, row)
             except CorruptionError as error:
                 if damaged is None:
                     raise
@@ -295,9 +212,9 @@ def nodes_by_key(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> dict
     for some in _chunks(keys):
         asked += len(set(some))
         with reading() as connection:
-            raw = connection.execute(_live(schema.nodes, _NODE, info).where(schema.nodes.c.key.in_(some))).all()
+            raw = connection.execute(_live("nodes", info).where(schema.nodes.c.key.in_(some))).all()
         for row in raw:
-            found[row[0]] = verified_node(info, row)[1]
+            found[row[0]] = verified("nodes", info.id, info.name, row)[1]
     if len(found) < asked:
         _prove_complete(reading, info, schema.nodes, "nodes")
     return found
@@ -306,11 +223,11 @@ def nodes_by_key(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> dict
 def node_by_id(reading: Reading, info: SceneInfo, ident: str) -> NodeRow | None:
     """The live node with an id, given as stored text."""
     with reading() as connection:
-        row = connection.execute(_live(schema.nodes, _NODE, info).where(schema.nodes.c.id == ident)).first()
+        row = connection.execute(_live("nodes", info).where(schema.nodes.c.id == ident)).first()
     if row is None:
         _prove_complete(reading, info, schema.nodes, "nodes", ident)
         return None
-    return verified_node(info, row)[1]
+    return verified("nodes", info.id, info.name, row)[1]
 
 
 def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list[RelationRow]:
@@ -321,9 +238,9 @@ def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list
         # Two statements: each has its own index, one with OR would scan.
         for end in (table.source, table.target):
             with reading() as connection:
-                raw = connection.execute(_live(schema.relations, _RELATION, info).where(end.in_(some))).all()
+                raw = connection.execute(_live("relations", info).where(end.in_(some))).all()
             for row in raw:
-                found[tuple(row[:4])] = verified_relation(info, row)[1]
+                found[tuple(row[:4])] = verified("relations", info.id, info.name, row)[1]
     return [found[name] for name in sorted(found)]
 
 
@@ -332,20 +249,21 @@ def features_by_key(
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """The vectors of a space among keys, by key."""
     table = schema.features.c
+    part = f"features:{space}"
     found: list[tuple[int, bytes]] = []
     for some in _chunks(sorted(set(keys))):
-        statement = _live(schema.features, _FEATURE, info).where(table.space == space, table.key.in_(some))
+        statement = _live(part, info).where(table.key.in_(some))
         with reading() as connection:
             raw = connection.execute(statement.order_by(table.key)).all()
-        found.extend((row[0], verified_feature(info, space, row)[1]) for row in raw)
+        found.extend((row[0], verified(part, info.id, info.name, row)[1]) for row in raw)
     return _matrix(found, dimension)
 
 
 def cloud(reading: Reading, info: SceneInfo, key: int) -> Cloud | None:
     """The point cloud of one node."""
     with reading() as connection:
-        row = connection.execute(_live(schema.clouds, _CLOUD, info).where(schema.clouds.c.key == key)).first()
-    return None if row is None else verified_cloud(info, row)[1]
+        row = connection.execute(_live("clouds", info).where(schema.clouds.c.key == key)).first()
+    return None if row is None else verified("clouds", info.id, info.name, row)[1]
 
 
 def _prove_complete(reading: Reading, info: SceneInfo, table: Table, part: str, ident: str | None = None) -> None:
@@ -368,9 +286,14 @@ def _prove_complete(reading: Reading, info: SceneInfo, table: Table, part: str, 
         )
 
 
-def _live(table: Table, names: tuple[str, ...], info: SceneInfo) -> Select[Any]:
-    columns = [table.c[name] for name in names]
-    return select(*columns).where(table.c.scene_id == info.id, schema.live(table, info.revision))
+def _select(part: str) -> Select[Any]:
+    table, condition = _table(part)
+    return select(*(table.c[name] for name in COLUMNS[table.name])).where(condition)
+
+
+def _live(part: str, info: SceneInfo) -> Select[Any]:
+    table = _table(part)[0]
+    return _select(part).where(table.c.scene_id == info.id, schema.live(table, info.revision))
 
 
 def _matrix(found: Iterable[tuple[int, bytes]], dimension: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:

@@ -23,6 +23,8 @@ from cgdb.scene import ObjectId, Place, PropertyValue, Relation, SceneObject, ca
 
 MASK = 2**63 - 1
 
+_JSON = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
 NodePayload: TypeAlias = tuple[
     str, str, str | None, str | None, str | None, bytes | None, int | None, float | None, str | None
 ]
@@ -217,6 +219,14 @@ def _pack_box(
     return box
 
 
+def check_text(what: str, value: str) -> None:
+    """SceneError where a text is none that can be stored (half a surrogate pair, from a badly decoded file)."""
+    try:
+        value.encode()
+    except (UnicodeEncodeError, AttributeError):
+        raise SceneError(f"{what} cannot be stored: {value!r:.80} is not valid text") from None
+
+
 def _text(where: str, what: str, value: str | None) -> str | None:
     if value is None or isinstance(value, str):
         return value
@@ -232,11 +242,11 @@ def _count(where: str, value: int) -> int:
 def _dump_tags(where: str, tags: tuple[str, ...]) -> str:
     for tag in tags:
         _text(where, "a tag", tag)
-    return json.dumps(tags, ensure_ascii=False, separators=(",", ":"))
+    return _JSON.encode(tags)
 
 
 def _dump_properties(properties: Mapping[str, PropertyValue]) -> str:
-    return json.dumps(dict(properties), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return _JSON.encode(dict(properties))
 
 
 def _load_properties(text: str) -> dict[str, PropertyValue]:

@@ -82,6 +82,8 @@ nodes = Table(
     Column("n_observations", BigInteger),
     Column("confidence", Float),
     Column("properties", Text, comment="JSON object, null when empty"),
+    # Kept in the order of the key: one tree less to write, and reading a scene is one pass.
+    sqlite_with_rowid=False,
 )
 Index("nodes_id", nodes.c.scene_id, nodes.c.id)
 
@@ -98,6 +100,7 @@ relations = Table(
     Column("seal", BigInteger, nullable=False),
     Column("confidence", Float, nullable=False),
     Column("explanation", Text),
+    sqlite_with_rowid=False,
 )
 Index("relations_target", relations.c.scene_id, relations.c.target)
 

@@ -76,6 +76,11 @@ def set_user_version(connection: Connection, version: int) -> None:
     connection.exec_driver_sql(f"PRAGMA user_version={int(version)}")
 
 
+def user_version(connection: Connection) -> int:
+    """The format noted in the header of the file."""
+    return int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
+
+
 def has_table(connection: Connection, name: str) -> bool:
     """Whether a table exists."""
     return connection.exec_driver_sql("SELECT 1 FROM sqlite_master WHERE name = ?", (name,)).first() is not None
@@ -104,16 +109,14 @@ def translated(path: Path, doing: str) -> Iterator[None]:
         if isinstance(cause, Exception):
             raise translate(cause, path, doing) from error
         raise
-    except (sqlite3.Error, UnicodeEncodeError, OverflowError) as error:
+    except sqlite3.Error as error:
         raise translate(error, path, doing) from error
 
 
 def translate(error: BaseException, path: Path, doing: str) -> CgdbError:
     """The error of cgdb that an error of sqlite3 stands for."""
     store = path.parent
-    if isinstance(error, UnicodeEncodeError):
-        return SceneError(f"a text cannot be stored: {error.reason} ({error.object[error.start : error.end]!r})")
-    if isinstance(error, (OverflowError, sqlite3.DataError)):
+    if isinstance(error, sqlite3.DataError):
         return SceneError(f"a value is too large to be stored: {error}")
     name = str(getattr(error, "sqlite_errorname", "") or "")
     text = str(error)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -17,7 +17,7 @@ from sqlalchemy import Connection, Engine, Table, Update, bindparam, insert, or_
 from sqlalchemy.exc import IntegrityError
 
 from cgdb import history, rows, schema, sqlite
-from cgdb.errors import SceneError
+from cgdb.errors import CorruptionError, SceneError
 from cgdb.history import Header
 from cgdb.rows import MASK, NodePayload, RelationPayload
 from cgdb.scene import (
@@ -31,6 +31,7 @@ from cgdb.scene import (
     check_place,
     check_relation,
 )
+from cgdb.verify import COLUMNS, verified
 
 OnExisting: TypeAlias = Literal["error", "replace", "merge"]
 
@@ -39,6 +40,8 @@ _BATCH_BYTES = 16 << 20
 _RELATIONS = 4096
 
 _Values: TypeAlias = tuple[Any, ...]
+
+_TABLES = {t.name: t for t in (schema.nodes, schema.relations, schema.features, schema.clouds)}
 
 _IDENTITY = {
     schema.nodes: ("key",),
@@ -100,18 +103,17 @@ class SceneWriter:
         self._kept_relations = array("q")
         self._relations_look_up = not self._fresh
 
-        self._totals: dict[str, list[int]] = {}
-        if self._old is not None:
-            self._totals = {part: list(total) for part, total in self._old.totals.items()}
-        self._n_objects = 0 if self._old is None else self._old.n_objects
-        self._n_places = 0 if self._old is None else self._old.n_places
+        # A replacement counts everything anew, which also heals a scene whose rows or totals are damaged.
+        start = None if self._replace else self._old
+        self._totals = {} if start is None else {part: list(total) for part, total in start.totals.items()}
+        self._n_objects = 0 if start is None else start.n_objects
+        self._n_places = 0 if start is None else start.n_places
+        stored = () if self._old is None else self._old.totals
+        self._stored_spaces = [part.removeprefix("features:") for part in stored if part.startswith("features:")]
         self.added = self.changed = self.removed = 0
         self.relations_added = self.relations_removed = 0
 
-        self._insert = {
-            table.name: sqlite.positional(insert(table), database)
-            for table in (schema.nodes, schema.relations, schema.features, schema.clouds)
-        }
+        self._insert = {table.name: sqlite.positional(insert(table), database) for table in _TABLES.values()}
 
     # --- what a block may call ---------------------------------------------------------------------------------------
 
@@ -156,7 +158,7 @@ class SceneWriter:
         while batch := list(islice(stream, _BATCH_ROWS)):
             texts = [rows.id_text(value) for value in batch]
             self._find_keys(set(texts))
-            live = self._live_nodes([self._keys[text] for text in texts])
+            live = self._labels([self._keys[text] for text in texts])
             for text in texts:
                 if self._keys[text] not in live:
                     raise SceneError(f"scene '{self.scene}': there is no object or place #{text} to remove")
@@ -172,94 +174,121 @@ class SceneWriter:
                 raise SceneError(f"scene '{self.scene}': two nodes have the id #{payload[0]}")
             self._written.add(key)
         self._pending.difference_update(keys)
-        old = {} if self._fresh else self._live_nodes(keys)
-        touched = {key for key in keys if key not in old}
-        self.added += len(touched)
 
-        scene_id, number = self._scene_id, self._number
-        new: list[_Values] = []
-        close: list[_Values] = []
+        scene_id = self._scene_id
+        wanted: dict[_Values, tuple[int, _Values]] = {}
         for key, (payload, _) in zip(keys, batch, strict=True):
-            digest = rows.node_digest(scene_id, key, payload)
-            before = old.get(key)
-            if before is not None:
-                label, rev_from, mark = before
-                if rows.seal(mark, rev_from, None) == digest:
-                    continue
-                close.append((key, rev_from, mark))
-                self._count(label, -1)
-            new.append((scene_id, key, number, None, rows.seal(digest, number, None), *payload))
-            self._add("nodes", digest)
+            try:
+                wanted[key,] = (rows.node_digest(scene_id, key, payload), payload)
+            except UnicodeEncodeError:
+                raise SceneError(f"#{payload[0]}: one of its texts is not valid text and cannot be stored") from None
+        before = self._labels(keys)
+        for label in before.values():
+            self._count(label, -1)
+        for payload, _ in batch:
             self._count(payload[1], 1)
-        self._close_rows(schema.nodes, "nodes", close)
-        self._insert_rows(schema.nodes, new)
-        changed = {row[0] for row in close}
+        changed = self._follow("nodes", keys, wanted)
         changed |= self._write_features(keys, batch)
         changed |= self._write_clouds(keys, batch)
-        self.changed += len(changed - touched)
+        self.added += len(keys) - len(before)
+        self.changed += len(changed & before.keys())
 
     def _write_features(self, keys: list[int], batch: list[tuple[NodePayload, SceneObject | None]]) -> set[int]:
         """Write the vectors of nodes; returns the keys whose vectors are not what they were."""
-        scene_id, number = self._scene_id, self._number
-        old: dict[tuple[str, int], _Values] = {}
-        if not self._fresh:
-            table = schema.features.c
-            statement = select(table.space, table.key, table.rev_from, table.seal).where(
-                table.scene_id == scene_id, table.rev_to.is_(None), table.key.in_(keys)
-            )
-            # Naming the spaces lets the index be used, which has the space before the key.
-            statement = statement.where(table.space.in_(self._stored_spaces()))
-            old = {(row[0], row[1]): tuple(row) for row in self._connection.execute(statement)}
-        new: list[_Values] = []
-        changed: set[int] = set()
+        wanted: dict[str, dict[_Values, tuple[int, _Values]]] = {space: {} for space in self._stored_spaces}
         for key, (_, obj) in zip(keys, batch, strict=True):
-            if obj is None or not obj.features:
-                continue
-            for space, vector in obj.features.items():
-                data = rows.vector_bytes(vector)
-                digest = rows.feature_digest(scene_id, self._space_bytes[space], key, data)
-                before = old.get((space, key))
-                if before is not None and rows.seal(before[3], before[2], None) == digest:
-                    del old[space, key]
-                    continue
-                changed.add(key)
-                new.append((scene_id, space, key, number, None, rows.seal(digest, number, None), data))
-                self._add(f"features:{space}", digest)
-        # What is left in `old` has changed or is not part of its object any more.
-        for space in {space for space, _ in old}:
-            self._close_rows(schema.features, f"features:{space}", [row for row in old.values() if row[0] == space])
-        self._insert_rows(schema.features, new)
-        changed.update(key for _, key in old)
+            if obj is not None:
+                for space, vector in obj.features.items():
+                    data = rows.vector_bytes(vector)
+                    digest = rows.feature_digest(self._scene_id, self._space_bytes[space], key, data)
+                    wanted.setdefault(space, {})[space, key] = (digest, (data,))
+        changed: set[int] = set()
+        for space, vectors in wanted.items():
+            changed |= self._follow(f"features:{space}", keys, vectors)
         return changed
 
     def _write_clouds(self, keys: list[int], batch: list[tuple[NodePayload, SceneObject | None]]) -> set[int]:
         """Write the point clouds of nodes; returns the keys whose clouds are not what they were."""
-        scene_id, number = self._scene_id, self._number
-        old: dict[int, _Values] = {}
-        if not self._fresh:
-            table = schema.clouds.c
-            statement = select(table.key, table.rev_from, table.seal).where(
-                table.scene_id == scene_id, table.rev_to.is_(None), table.key.in_(keys)
-            )
-            old = {row[0]: tuple(row) for row in self._connection.execute(statement)}
-        new: list[_Values] = []
-        changed: set[int] = set()
+        wanted: dict[_Values, tuple[int, _Values]] = {}
         for key, (_, obj) in zip(keys, batch, strict=True):
-            if obj is None or obj.points is None:
+            if obj is not None and obj.points is not None:
+                payload = rows.cloud_payload(obj.points, obj.colors)
+                wanted[key,] = (rows.cloud_digest(self._scene_id, key, *payload), payload)
+        return self._follow("clouds", keys, wanted)
+
+    def _follow(self, part: str, keys: list[int], wanted: dict[_Values, tuple[int, _Values]]) -> set[int]:
+        """Make the live rows of keys those that are wanted (name -> digest, payload); returns the keys that differ.
+
+        The same rows stay, others are closed and followed.
+        """
+        table = _TABLES[part.partition(":")[0]]
+        close: list[_Values] = []
+        changed: set[int] = set()
+        new = dict(wanted)
+        for name, (start, mark, sound) in self._live_rows(part, keys).items():
+            digest = rows.seal(mark, start, None)
+            if sound and name in wanted and wanted[name][0] == digest:
+                del new[name]
+                if self._replace:
+                    self._add(part, digest)
                 continue
-            n_points, colored, data = rows.cloud_payload(obj.points, obj.colors)
-            digest = rows.cloud_digest(scene_id, key, n_points, colored, data)
-            before = old.get(key)
-            if before is not None and rows.seal(before[2], before[1], None) == digest:
-                del old[key]
-                continue
-            changed.add(key)
-            new.append((scene_id, key, number, None, rows.seal(digest, number, None), n_points, colored, data))
-            self._add("clouds", digest)
-        self._close_rows(schema.clouds, "clouds", list(old.values()))
-        self._insert_rows(schema.clouds, new)
-        changed.update(old)
+            close.append((*name, start, mark))
+            changed.add(name[-1])
+        self._close_rows(table, part, close)
+        number = self._number
+        inserted: list[_Values] = []
+        for name, (digest, payload) in new.items():
+            inserted.append((self._scene_id, *name, number, None, rows.seal(digest, number, None), *payload))
+            self._add(part, digest)
+            changed.add(name[-1])
+        self._insert_rows(table, inserted)
         return changed
+
+    def _live_rows(self, part: str, keys: list[int]) -> dict[_Values, tuple[int, int, bool]]:
+        """The live rows of keys in a part: name -> rev_from, seal, and whether the row is what was written.
+
+        A merge refuses a damaged row, for its totals would never be right again; a replacement writes it anew.
+        """
+        if self._fresh:
+            return {}
+        kind = part.partition(":")[0]
+        table = _TABLES[kind]
+        names = COLUMNS[kind]
+        found: dict[_Values, tuple[int, int, bool]] = {}
+        for some in _slices(keys, _BATCH_ROWS):
+            statement = select(*(table.c[name] for name in names)).where(
+                table.c.scene_id == self._scene_id, table.c.rev_to.is_(None), table.c.key.in_(some)
+            )
+            prefix: _Values = ()
+            if kind == "features":
+                prefix = (part.removeprefix("features:"),)
+                statement = statement.where(table.c.space == prefix[0])
+            for row in self._connection.execute(statement).all():
+                found[*prefix, row[0]] = (row.rev_from, row.seal, self._sound(part, row))
+        return found
+
+    def _sound(self, part: str, row: Sequence[Any]) -> bool:
+        try:
+            verified(part, self._scene_id, self.scene, row)
+        except CorruptionError as error:
+            if self._replace:
+                return False
+            error.hint = "import the scene whole again, with replace"
+            raise
+        return True
+
+    def _labels(self, keys: list[int]) -> dict[int, str]:
+        """The labels of the live nodes among keys."""
+        if self._fresh:
+            return {}
+        table = schema.nodes.c
+        found: dict[int, str] = {}
+        for some in _slices(keys, _BATCH_ROWS):
+            statement = select(table.key, table.label).where(
+                table.scene_id == self._scene_id, table.rev_to.is_(None), table.key.in_(some)
+            )
+            found.update((key, label) for key, label in self._connection.execute(statement).all())
+        return found
 
     def _find_keys(self, ids: Iterable[str]) -> None:
         """Have a key for every id: the one it always had, or the next free one."""
@@ -270,32 +299,18 @@ class SceneWriter:
             table = schema.nodes.c
             for some in _slices(missing, _BATCH_ROWS):
                 statement = select(table.id, table.key).where(table.scene_id == self._scene_id, table.id.in_(some))
-                self._keys.update((ident, key) for ident, key in self._connection.execute(statement.distinct()))
+                self._keys.update((ident, key) for ident, key in self._connection.execute(statement.distinct()).all())
         for ident in missing:
             if ident not in self._keys:
                 self._keys[ident] = self._next_key
                 self._next_key += 1
-
-    def _live_nodes(self, keys: list[int]) -> dict[int, tuple[str, int, int]]:
-        """label, rev_from and seal of the live nodes among keys."""
-        table = schema.nodes.c
-        found: dict[int, tuple[str, int, int]] = {}
-        for some in _slices(keys, _BATCH_ROWS):
-            statement = select(table.key, table.label, table.rev_from, table.seal).where(
-                table.scene_id == self._scene_id, table.rev_to.is_(None), table.key.in_(some)
-            )
-            found.update((key, (label, start, mark)) for key, label, start, mark in self._connection.execute(statement))
-        return found
-
-    def _stored_spaces(self) -> list[str]:
-        return [part.removeprefix("features:") for part in self._totals if part.startswith("features:")]
 
     # --- relations ---------------------------------------------------------------------------------------------------
 
     def _note_ends(self, keys: set[int]) -> None:
         unknown = keys - self._written - self._pending
         if unknown and not self._replace:
-            unknown -= self._live_nodes(list(unknown)).keys()
+            unknown -= self._labels(list(unknown)).keys()
         self._pending |= unknown
 
     def _write_relations(self, batch: list[RelationPayload]) -> None:
@@ -314,14 +329,14 @@ class SceneWriter:
             before = old.get(payload[:4])
             if before is not None:
                 digest = rows.relation_digest(self._scene_id, payload)
-                rev_from, mark = before[4:]
-                if rows.seal(mark, rev_from, None) == digest:
-                    self._kept_relations.append(digest)
-                    continue
-                if rev_from == self._number:
+                start, mark, sound = before
+                if start == self._number:
                     self._amend_relation(payload, digest, mark)
                     continue
-                close.append(before)
+                if sound and rows.seal(mark, start, None) == digest:
+                    self._kept_relations.append(digest)
+                    continue
+                close.append((*payload[:4], start, mark))
             new.append(payload)
         self._close_rows(schema.relations, "relations", close)
         self.relations_removed += len(close)
@@ -354,17 +369,18 @@ class SceneWriter:
         self._add("relations", -rows.seal(mark, self._number, None), 0)
         self._add("relations", digest, 0)
 
-    def _live_relations(self, pairs: set[tuple[int, int]]) -> dict[_Values, _Values]:
-        """The live relations between pairs of keys: identity -> identity, rev_from, seal."""
+    def _live_relations(self, pairs: set[tuple[int, int]]) -> dict[_Values, tuple[int, int, bool]]:
+        """The live relations between pairs of keys: name -> rev_from, seal, and whether the row is sound."""
         table = schema.relations.c
-        found: dict[_Values, _Values] = {}
+        found: dict[_Values, tuple[int, int, bool]] = {}
         for some in _slices(sorted(pairs), _BATCH_ROWS):
-            statement = select(table.source, table.target, table.label, table.origin, table.rev_from, table.seal).where(
+            statement = select(*(table[name] for name in COLUMNS["relations"])).where(
                 table.scene_id == self._scene_id,
                 table.rev_to.is_(None),
                 tuple_(table.source, table.target).in_(some),
             )
-            found.update((tuple(row[:4]), tuple(row)) for row in self._connection.execute(statement))
+            for row in self._connection.execute(statement).all():
+                found[tuple(row[:4])] = (row.rev_from, row.seal, self._sound("relations", row))
         return found
 
     # --- the end of a block ------------------------------------------------------------------------------------------
@@ -427,12 +443,12 @@ class SceneWriter:
 
     def _remove_nodes(self, keys: list[int], *, relations: bool = True) -> None:
         for some in _slices(keys, _BATCH_ROWS):
-            live = self._live_nodes(some)
-            for label, _, _ in live.values():
+            live = self._labels(some)
+            for label in live.values():
                 self._count(label, -1)
             self.removed += len(live)
-            self._close_rows(schema.nodes, "nodes", [(key, start, mark) for key, (_, start, mark) in live.items()])
-            for space in self._stored_spaces():
+            self._close_touching(schema.nodes, "nodes", "key", some)
+            for space in self._stored_spaces:
                 self._close_touching(schema.features, f"features:{space}", "key", some, space)
             self._close_touching(schema.clouds, "clouds", "key", some)
             if relations:
@@ -450,7 +466,7 @@ class SceneWriter:
         )
         if space is not None:
             statement = statement.where(table.c.space == space)
-        found = [tuple(row) for row in self._connection.execute(statement)]
+        found = [tuple(row) for row in self._connection.execute(statement).all()]
         self._close_rows(table, part, found)
         return len(found)
 
@@ -466,12 +482,15 @@ class SceneWriter:
             )
             if after is not None:
                 statement = statement.where(tuple_(*names) > tuple_(*after))
-            found = [tuple(r) for r in self._connection.execute(statement.order_by(*names).limit(_RELATIONS))]
+            found = [tuple(r) for r in self._connection.execute(statement.order_by(*names).limit(_RELATIONS)).all()]
             if not found:
                 return
             after = found[-1][:4]
             digests = np.array([rows.seal(row[5], row[4], None) for row in found], np.int64)
-            gone = [row for row, stays in zip(found, np.isin(digests, kept), strict=True) if not stays]
+            stays = np.isin(digests, kept)
+            gone = [row for row, stay in zip(found, stays, strict=True) if not stay]
+            for digest in digests[stays].tolist():
+                self._add("relations", digest)
             self._close_rows(schema.relations, "relations", gone)
             self.relations_removed += len(gone)
 
@@ -508,6 +527,9 @@ class SceneWriter:
         )
 
     def _header(self, number: int, *, removed: bool) -> Header:
+        totals = {part: (count, total) for part, (count, total) in self._totals.items() if (count, total) != (0, 0)}
+        if removed:
+            totals = {}
         return Header(
             scene_id=self._scene_id,
             name=self.scene,
@@ -515,13 +537,13 @@ class SceneWriter:
             removed=removed,
             n_objects=self._n_objects,
             n_places=self._n_places,
-            n_relations=self._totals.get("relations", [0, 0])[0],
+            n_relations=totals.get("relations", (0, 0))[0],
             next_key=self._next_key,
             frame=self._frame,
             up=self._up,
             spaces=self._spaces,
             provenance=self._provenance,
-            totals={part: (total[0], total[1]) for part, total in self._totals.items() if total != [0, 0]},
+            totals=totals,
         )
 
     # --- rows --------------------------------------------------------------------------------------------------------
@@ -542,7 +564,8 @@ class SceneWriter:
             values = {f"at_{name}": value for name, value in zip(names, identity, strict=True)}
             values.update(at_scene=self._scene_id, at_rev_from=rev_from, new_rev_to=self._number)
             parameters.append({**values, "new_seal": rows.seal(digest, rev_from, self._number)})
-            self._add(part, -digest, -1)
+            if not self._replace:
+                self._add(part, -digest, -1)
         self._connection.execute(_CLOSE[table], parameters)
 
     def _add(self, part: str, digest: int, count: int = 1) -> None:
@@ -551,6 +574,8 @@ class SceneWriter:
         total[1] = (total[1] + digest) & MASK
 
     def _count(self, label: str, by: int) -> None:
+        if by < 0 and self._replace:
+            return
         if label == "Object":
             self._n_objects += by
         else:
