@@ -70,11 +70,11 @@ class Boxes:
 class Prisms:
     """Upright prisms in a frame of their own: two ground axes and one up, metres.
 
-    ground: (n, 2) centres of the footprints. low, high: (n,) lowest and highest point. corners: (n, 6, 2) of the
-    footprint relative to its centre, counter-clockwise, some of them equal. sides: (n, 3, 2), the footprint as the sum
-    of three segments -s..s, by ascending angle in [0, pi). area: (n,) m2 of the footprint. reach: (n, 2) half sizes
-    of its hull along the ground axes. slim: (n,) the shortest side by the longest. points: (n,) bool, the objects
-    that have a place but no size.
+    ground: (n, 2) centres of the footprints. low, high: (n,) lowest and highest point. sides: (n, k, 2), the footprint
+    as the sum of k segments -s..s, by ascending angle in [0, pi); k is 2 where all boxes stand upright, else 3.
+    corners: (n, 2 * k, 2) of the footprint relative to its centre, counter-clockwise, some of them equal. area: (n,)
+    m2 of the footprint. reach: (n, 2) half sizes of its hull along the ground axes. slim: (n,) the shortest side by
+    the longest. points: (n,) bool, the objects that have a place but no size.
     """
 
     ground: Floats
@@ -121,9 +121,13 @@ def prisms(boxes: Boxes, up: str) -> Prisms:
     sides = np.swapaxes(axes[:, flat, :] * padded[:, None, :], 1, 2)
     # An axis that stands upright but for rounding has no shadow; noise of 1e-17 would have a random direction.
     sides = np.where(np.abs(sides) < 1e-12, 0.0, sides)
+    lengths = np.hypot(sides[..., 0], sides[..., 1])
+    if (lengths.min(axis=1) == 0.0).all():
+        # All boxes stand upright: four corners will do for each, at half the work.
+        sides = np.take_along_axis(sides, np.argsort(-lengths, axis=1, kind="stable")[:, :2, None], axis=1)
     sides = _by_angle(sides)
     start = -sides.sum(axis=1, keepdims=True)
-    right = start + 2.0 * np.cumsum(np.concatenate([np.zeros((n, 1, 2)), sides[:, :2]], axis=1), axis=1)
+    right = start + 2.0 * np.cumsum(np.concatenate([np.zeros((n, 1, 2)), sides[:, :-1]], axis=1), axis=1)
     corners = np.concatenate([right, -right], axis=1)
     following = np.roll(corners, -1, axis=1)
     return Prisms(
@@ -271,6 +275,12 @@ def _cross(u: Floats, v: Floats) -> Floats:
     return product
 
 
+def _products(u: Floats, v: Floats) -> Floats:
+    """(p, i, j) scalar products of u (p, i, 2) and v (p, j, 2); much faster than a matmul of such small matrices."""
+    products: Floats = u[:, :, None, 0] * v[:, None, :, 0] + u[:, :, None, 1] * v[:, None, :, 1]
+    return products
+
+
 def _by_angle(sides: Floats) -> Floats:
     """Segments -s..s, (n, k, 2), each turned to an angle in [0, pi) and then sorted by it."""
     turned = (sides[..., 1] < 0) | ((sides[..., 1] == 0) & (sides[..., 0] < 0))
@@ -306,8 +316,8 @@ def _border_within(ours: Floats, theirs: Floats, slack: float) -> Floats:
     room = slack * np.sqrt((edge**2).sum(axis=-1))
     step = np.roll(ours, -1, axis=1) - ours
     # level[p, i, k]: how far corner i of ours lies inside of side k of theirs; slope: how that changes along edge i.
-    level = ours @ np.swapaxes(inward, 1, 2) - (theirs * inward).sum(axis=-1)[:, None, :] + room[:, None, :]
-    slope = step @ np.swapaxes(inward, 1, 2)
+    level = _products(ours, inward) - (theirs * inward).sum(axis=-1)[:, None, :] + room[:, None, :]
+    slope = _products(step, inward)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossing = -level / slope
     enter = np.where(slope > 0, crossing, 0.0).max(axis=2)
