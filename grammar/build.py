@@ -90,14 +90,14 @@ def last(v: Values, start: int, end: int) -> tuple[ast.Query, ...]:
 
 @rule
 def query(v: Values, start: int, end: int) -> ast.Query:
-    mode, scenes, as_of, _, patterns, where, _, distinct, returns, order, rerank, skip, limit = v
+    mode, scenes, as_of, _, patterns, where, (distinct, returns), order, rerank, skip, limit = v
     return ast.Query(
         mode=ast.Mode(mode.upper()) if mode else ast.Mode.RUN,
         scenes=tuple(scenes),
         as_of=as_of,
         patterns=tuple(patterns),
         where=where,
-        distinct=distinct is not None,
+        distinct=distinct,
         returns=tuple(returns),
         order=tuple(order),
         rerank=rerank,
@@ -105,6 +105,11 @@ def query(v: Values, start: int, end: int) -> ast.Query:
         limit=limit,
         span=Span(start, end),
     )
+
+
+@rule
+def wanted(v: Values, start: int, end: int) -> tuple[bool, list[ast.ReturnItem]]:
+    return len(v) > 2, v[-1]
 
 
 @rule

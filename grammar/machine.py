@@ -18,9 +18,7 @@ from cgdb.grammar.ast import UNITS
 KEYWORDS = frozenset(t for t in tables.TERMINALS if t.isupper() and t not in tables.PATTERNS)
 """The keywords, in upper case."""
 
-RESERVED = frozenset(
-    "AND AS CONTAINS DISTINCT FALSE IN IS LIMIT MATCH NOT NULL OR ORDER RERANK RETURN SKIP STARTS TRUE WHERE".split()
-)
+RESERVED = KEYWORDS - {"EXPLAIN", "PROFILE", "USE", "OF", "BY", "ASC", "DESC", "TOP", "WITH"}
 """The keywords that need backticks as the name of a variable or function.
 
 The tables alone would read ``RETURN order BY x`` as the return of a variable, and blame the BY.
@@ -174,7 +172,7 @@ class Walk:
         return found
 
     def _reach(self, terminal: int) -> list[int] | None:
-        """The states after the reductions that a terminal asks for, up to its shift; tables of LALR(1) may refuse late."""
+        """The states after the reductions that a terminal asks for, up to its shift, or None."""
         m = self.machine
         states = self.states.copy()
         accepting = {end for _, end in m.starts.values()}

@@ -5,10 +5,12 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, cast
 
-from cgdb.errors import ParseError, Span
+from cgdb.errors import ParseError
 from cgdb.grammar import ast
 from cgdb.grammar.build import BUILD
+from cgdb.grammar.limits import MAX_DEPTH, check_text, check_tree
 from cgdb.grammar.machine import GROUPS, machine
+from cgdb.grammar.mistakes import mistake
 
 
 def parse(text: str) -> ast.Query:
@@ -37,6 +39,7 @@ def _settled() -> list[dict[int, int]]:
 
 
 def _run(text: str, root: str) -> Any:
+    check_text(text, script=root == "script")
     m = machine()
     rows, gotos, rules, signs, words, groups = m.rows, m.gotos, m.rules, m.signs, m.words, m.groups
     name, reserved, roles = m.name, m.reserved, m.roles
@@ -46,7 +49,7 @@ def _run(text: str, root: str) -> Any:
     states, values, starts = [state], [], []  # type: list[int], list[Any], list[int]
     last = 0
     try:
-        for match in m.scanner.finditer(text):
+        for count, match in enumerate(m.scanner.finditer(text)):
             group = match.lastindex
             assert group is not None
             lexeme = match[group]
@@ -64,8 +67,11 @@ def _run(text: str, root: str) -> Any:
                 action = row.get(terminal)
                 if action is None:
                     if terminal == m.end and state == final:
+                        if count > MAX_DEPTH:  # each node has a token of its own
+                            for tree in values[0] if root == "script" else values:
+                                check_tree(tree, text)
                         return values[0]
-                    raise ParseError("syntax", span=Span(start, match.end()), source=text)
+                    raise mistake(text, root)
                 if action >= 0:
                     state = action
                     states.append(state)
