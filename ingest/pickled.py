@@ -227,6 +227,13 @@ def _uuid(arguments: tuple[Any, ...]) -> Pending:
     return Pending(finish)
 
 
+def _no_bytes(arguments: tuple[Any, ...]) -> bytes:
+    """bytes() is how protocols below 3 write no bytes; with arguments it would make as many as it likes."""
+    if arguments:
+        raise FormatError("refused: the pickle calls bytes with arguments")
+    return b""
+
+
 def _encode(arguments: tuple[Any, ...]) -> bytes:
     """How protocols below 3 write bytes: text in which each character is a byte."""
     match arguments:
@@ -243,7 +250,7 @@ INERT_PACKAGES = frozenset({"omegaconf", "torch", "typing"})
 
 TOKENS = {
     ("numpy", "ndarray"),
-    *((module, name) for module in ("builtins", "__builtin__") for name in ("int", "float", "str", "bool", "bytes")),
+    *((module, name) for module in ("builtins", "__builtin__") for name in ("int", "float", "str", "bool")),
     *((module, name) for module in ("builtins", "__builtin__") for name in ("object", "tuple", "complex")),
 }
 """Names that may be mentioned but not called."""
@@ -266,6 +273,7 @@ ALLOWED: dict[tuple[str, str], Callable[[tuple[Any, ...]], Any]] = {
         for module in ("builtins", "__builtin__")
         for name, build in (
             ("dict", _mapping),
+            ("bytes", _no_bytes),
             ("list", _collection(list)),
             ("set", _collection(set)),
             ("frozenset", _collection(frozenset)),
