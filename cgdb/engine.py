@@ -63,15 +63,7 @@ class Store:
     @contextlib.contextmanager
     def connection(self) -> Iterator[Any]:
         """A connection of the caller's own; :meth:`interrupt` reaches it while it is lent."""
-        with self._lock:
-            if self._closing:
-                raise ExecuteError("the graph index is closed")
-            if self._idle:
-                connection = self._idle.pop()
-            else:
-                with reported(self.engine.name):
-                    connection = self.engine.module.Connection(self._database, num_threads=THREADS)
-            self._active.append(connection)
+        connection = self._lend()
         try:
             yield connection
         finally:
@@ -81,6 +73,18 @@ class Store:
                 self._idle.append(connection)
                 if self._closing:
                     self._close_now()
+
+    def _lend(self) -> Any:
+        with self._lock:
+            if self._closing:
+                raise ExecuteError("the graph index is closed")
+            if self._idle:
+                connection = self._idle.pop()
+            else:
+                with reported(self.engine.name):
+                    connection = self.engine.module.Connection(self._database, num_threads=THREADS)
+            self._active.append(connection)
+            return connection
 
     def execute(
         self, statement: str, parameters: Mapping[str, Any] | None = None, *, timeout_s: float | None = None

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import math
 import re
 import secrets
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
@@ -22,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.engine import Engine, Store, engine
-from cgdb.errors import ExecuteError
+from cgdb.errors import ExecuteError, StoreError
+from cgdb.readonly import check_read_only
 
 if TYPE_CHECKING:
     from cgdb.ledger import NodeRow, RelationRow
@@ -47,7 +49,7 @@ _RELATION = {
     "explanation": "STRING",
 }
 _INTEGERS = ("INT64", "INT32", "INT16", "INT8", "UINT32", "UINT16", "UINT8")
-_PLAIN = re.compile(r"[a-z_][a-z0-9_]{0,40}")
+_PLAIN = re.compile(r"[a-z_][a-z0-9_]{0,60}")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 Column: TypeAlias = "NDArray[np.int64] | NDArray[np.float64] | NDArray[np.bool_] | list[Any]"
@@ -72,13 +74,13 @@ class Table:
 
 
 def property_column(name: str) -> str:
-    """The column that holds the property: ``p_`` and its name, or a digest where the name is no plain lower-case word.
+    """The column that holds the property: ``p_`` and its name, or ``px_`` and a digest of a name like "Color" or "a b".
 
     The engine's names ignore case and forbid some characters; properties are named by strangers.
     """
     if _PLAIN.fullmatch(name):
         return f"p_{name}"
-    return "p__" + hashlib.blake2b(name.encode("utf-8", "replace"), digest_size=8).hexdigest()
+    return "px_" + hashlib.blake2b(name.encode("utf-8", "replace"), digest_size=8).hexdigest()
 
 
 class GraphIndex:
@@ -113,19 +115,76 @@ class GraphIndex:
         _check_columns(columns)
         with _writing(path) as (store, folder):
             store.execute(f"CREATE NODE TABLE Node({_declared(_node_types(columns))}, PRIMARY KEY(key))")
-            store.execute(f"CREATE REL TABLE Rel(FROM Node TO Node, {_declared(_RELATION, skip=2)})")
             node_file = _CsvFile(folder / "nodes.csv", _node_types(columns))
-            n_nodes = node_file.write(_node_cells(row, columns) for batch in nodes for row in batch)
+            n_nodes = node_file.write([_node_cells(row, columns) for row in batch] for batch in nodes)
             if n_nodes:
                 store.execute(f"COPY Node FROM ({node_file.loading()} RETURN {node_file.returned()})")
             relation_file = _CsvFile(folder / "relations.csv", _RELATION)
-            n_relations = relation_file.write(_relation_cells(row) for batch in relations for row in batch)
-            if n_relations:
-                store.execute(f"COPY Rel FROM ({relation_file.loading()} RETURN {relation_file.returned()})")
+            n_relations = relation_file.write([_relation_cells(row) for row in batch] for batch in relations)
+            _create_relations(store, relation_file, n_relations)
+        return {"nodes": n_nodes, "relations": n_relations, "columns": dict(columns)}
+
+    @classmethod
+    def catch_up(
+        cls,
+        path: Path,
+        old: Path,
+        *,
+        columns: Mapping[str, str],
+        removed: Iterable[int],
+        nodes: Iterator[list[NodeRow]],
+        sources: Iterable[int],
+        relations: Iterator[list[RelationRow]],
+    ) -> dict[str, Any]:
+        """Write at ``path`` what :meth:`build` would write now, from the index at ``old`` and what has changed since.
+
+        removed: keys of nodes that are gone, with all their relations. nodes: rows of nodes that are new or changed.
+        sources: keys of every node whose outgoing relations changed; ``relations`` are all that those nodes have now,
+        and nothing else. columns: as :meth:`build` would get them now; a column may be new, but not of another type.
+        """
+        # Relations are never deleted one by one: after DELETE and DETACH DELETE, kuzu 0.11.3 now and then still finds
+        # a relation from its target that is gone from its source (1 of 25 random updates). The table is made anew.
+        _check_columns(columns)
+        gone = set(removed)
+        replaced = gone | set(sources)
+        shutil.copyfile(old, path)
+        types = _node_types(columns)
+        with _writing(path) as (store, folder):
+            present = {row[1]: row[2] for row in store.execute("CALL table_info('Node') RETURN *")[2]}
+            for name, kind in types.items():
+                if present.get(name, kind) != kind:
+                    raise StoreError(f"column {name} of the graph index became {kind}: it must be built again")
+            kept = (
+                row
+                for row in store.execute(
+                    "MATCH (a:Node)-[r:Rel]->(b:Node) "
+                    "RETURN a.key, b.key, r.label, r.confidence, r.origin, r.explanation"
+                )[2]
+                if row[0] not in replaced and row[1] not in gone
+            )
+            added = _CsvFile(folder / "relations.csv", _RELATION)
+            n_relations = added.write(
+                itertools.chain([kept], ([_relation_cells(row) for row in batch] for batch in relations))
+            )
+            store.execute("DROP TABLE Rel")
+            for name in types:
+                if name not in present:
+                    store.execute(f"ALTER TABLE Node ADD {name} {types[name]}")
+            dropped = _CsvFile(folder / "dropped.csv", {"key": "INT64"})
+            if dropped.write([[(key,) for key in gone]]):
+                store.execute(f"{dropped.loading()} MATCH (n:Node) WHERE n.key = key DELETE n")
+            changed = _CsvFile(folder / "nodes.csv", types)
+            if changed.write([_node_cells(row, columns) for row in batch] for batch in nodes):
+                renamed = ", ".join(f"{changed.value(name)} AS {name}_" for name in types)
+                values = ", ".join(f"n.{name} = {name}_" for name in types if name != "key")
+                store.execute(f"{changed.loading()} WITH {renamed} MERGE (n:Node {{key: key_}}) SET {values}")
+            _create_relations(store, added, n_relations)
+            n_nodes = store.execute("MATCH (n:Node) RETURN count(*)")[2][0][0]
         return {"nodes": n_nodes, "relations": n_relations, "columns": dict(columns)}
 
     def run(self, cypher: str, parameters: Mapping[str, Any] | None = None, *, timeout_s: float | None = None) -> Table:
-        """The answer to a statement that this project wrote; what a user wrote goes through :meth:`run_untrusted`."""
+        """The answer to a statement that reads, whoever wrote it; see :mod:`cgdb.readonly` for what it may say."""
+        check_read_only(cypher)
         names, types, rows = self._store.execute(cypher, parameters, timeout_s=timeout_s)
         data = tuple(_column([row[i] for row in rows], kind) for i, kind in enumerate(types))
         return Table(columns=tuple(names), data=data)
@@ -158,6 +217,12 @@ def _writing(path: Path) -> Iterator[tuple[Store, Path]]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def _create_relations(store: Store, file: _CsvFile, count: int) -> None:
+    store.execute(f"CREATE REL TABLE Rel(FROM Node TO Node, {_declared(_RELATION, skip=2)})")
+    if count:
+        store.execute(f"COPY Rel FROM ({file.loading()} RETURN {file.returned()})")
+
+
 class _CsvFile:
     """Rows on their way into the engine, in the dialect that both engines read back exactly.
 
@@ -169,23 +234,22 @@ class _CsvFile:
         self.path = path
         self.types = dict(types)
         self.token = f"<{secrets.token_hex(8)}>"
-        self._has_empty: set[str] = set()
 
-    def write(self, rows: Iterable[Iterable[Any]]) -> int:
-        """Write the rows; returns how many there were."""
-        writers = [self._cell_writer(kind) for kind in self.types.values()]
+    def write(self, batches: Iterable[Iterable[Iterable[Any]]]) -> int:
+        """Write batches of rows; returns how many rows there were."""
         count = 0
-        lines: list[str] = []
         with self.path.open("wb") as file:
-            for row in rows:
-                lines.append(",".join([write(value) for write, value in zip(writers, row, strict=True)]))
-                count += 1
-                if len(lines) == 5_000:
-                    _append(file, lines)
-            _append(file, lines)
+            for batch in batches:
+                # By columns, and each distinct value once: three times faster than cell by cell.
+                cells = [_Cells(write) for write in self._writers()]
+                columns = zip(*batch, strict=True)
+                written = [map(c.__getitem__, column) for c, column in zip(cells, columns, strict=False)]
+                lines = [",".join(row) for row in zip(*written, strict=True)]
+                count += len(lines)
+                _append(file, lines)
         return count
 
-    def _cell_writer(self, kind: str) -> Any:
+    def _writers(self) -> list[Callable[[Any], str]]:
         token = self.token
 
         def text(value: Any) -> str:
@@ -200,7 +264,8 @@ class _CsvFile:
             # Every item is led by a mark: the engine's string_split forgets items that are empty.
             return text(token.join([f"={item}" for item in value]))
 
-        return {"STRING": text, "STRING[]": items, "DOUBLE": _number, "INT64": _integer, "BOOL": _truth}[kind]
+        kinds = {"STRING": text, "STRING[]": items, "DOUBLE": _number, "INT64": _integer, "BOOL": _truth}
+        return [kinds[kind] for kind in self.types.values()]
 
     def loading(self) -> str:
         """The clause that reads the file back; every column is then a variable of its own name."""
@@ -225,6 +290,18 @@ class _CsvFile:
         return ", ".join(self.value(name) for name in self.types)
 
 
+class _Cells(dict[Any, str]):
+    """The text of each value of a column, written when it is first met."""
+
+    def __init__(self, write: Callable[[Any], str]) -> None:
+        super().__init__()
+        self._write = write
+
+    def __missing__(self, value: Any) -> str:
+        cell = self[value] = self._write(value)
+        return cell
+
+
 def _append(file: BinaryIO, lines: list[str]) -> None:
     if lines:
         text = "\n".join(lines) + "\n"
@@ -234,7 +311,6 @@ def _append(file: BinaryIO, lines: list[str]) -> None:
             # Half a character, as json.loads makes of "\ud800": no engine and no file holds it.
             data = _SURROGATE.sub("\ufffd", text).encode()
         file.write(data)
-        lines.clear()
 
 
 def _number(value: Any) -> str:
@@ -267,8 +343,8 @@ def _check_columns(columns: Mapping[str, str]) -> None:
 
 
 def _node_cells(row: NodeRow, columns: Mapping[str, str]) -> list[Any]:
-    center = (None, None, None) if row.center is None else row.center
-    extent = (None, None, None) if row.extent is None else row.extent
+    center = (None, None, None) if row.center is None else row.center.tolist()
+    extent = (None, None, None) if row.extent is None else row.extent.tolist()
     cells = [row.key, row.id, row.label, row.tag, row.caption, row.confidence, row.n_observations, *center, *extent]
     if columns:
         get = row.properties.get
