@@ -125,10 +125,9 @@ flame, fire, campfire | light source | | keep warm by
 textile, cloth, fabric, piece of cloth, rag | | light soft fabric | cut and sew something from, wrap around
 rug, carpet, mat, area rug, floor mat, doormat, bath mat, bathmat, carpeting, runner | textile | large middling soft
     fabric | walk on barefoot, cover the floor, wipe your feet on
-pillow, throw pillow, bed pillow | bedding, cushion | small light soft fabric | rest your head on, sleep on
-cushion, throw pillow, seat cushion, back cushion, couch cushion, sofa cushion, floor cushion | textile | small light
-    soft fabric |
-    make a seat more comfortable, lean your back on
+pillow, throw pillow, bed pillow | bedding, cushion | medium light soft fabric | rest your head on, sleep on
+cushion, throw pillow, seat cushion, back cushion, couch cushion, sofa cushion, floor cushion | textile | medium light
+    soft fabric | put behind your back, pad a hard chair with
 bedding, bed linen | textile | light soft fabric | sleep under or on
 blanket, throw, throw blanket, quilt, duvet, comforter, bedspread, afghan | bedding | medium light soft fabric | keep
     warm under, wrap yourself in, cover up with
@@ -421,7 +420,7 @@ decoration, ornament, decor, decorative object, knick-knack | | small | decorate
 art, artwork | decoration | medium light | look at for its beauty
 painting, picture, framed picture, canvas, wall art, drawing, print, framed print, poster, illustration, mural, photo
     print | art | medium light firm | decorate a wall with
-photograph, photography, framed photo, portrait, polaroid | art | small light firm paper | remember people and places
+photograph, photography, framed photo, portrait, polaroid | art | medium light firm paper | remember people and places
     by
 picture frame, frame, photo frame | decoration | small light rigid wood | display a photo in
 sculpture, statue, figurine, bust, statuette | art | small heavy rigid stone | decorate a shelf with

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cgdb import everyday
 from cgdb.lexicon import DETERMINERS, FUNCTION_WORDS, GENERIC_HEADS
-from cgdb.words import parse, stem, tokens
+from cgdb.words import parse, singular, stem, tokens
 
 Floats = NDArray[np.float32]
 
@@ -64,6 +64,7 @@ class Knowledge:
     alike: Floats
     uses: tuple[str, ...]
     use_of: NDArray[np.int32]
+    use_words: Mapping[str, tuple[int, ...]]
     thing_by_name: Mapping[tuple[str, ...], tuple[int, ...]]
     trait_by_name: Mapping[tuple[str, ...], int]
     version: str
@@ -165,7 +166,7 @@ class Knowledge:
                 at += 1
                 continue
             for length in range(min(LONGEST_NAME, len(words) - at), 0, -1):
-                trait = self.trait_by_name.get(tuple(stem(w) for w in words[at : at + length]))
+                trait = self.trait_by_name.get(tuple(singular(w) for w in words[at : at + length]))
                 if trait is not None:
                     break
             else:
@@ -185,13 +186,13 @@ class Knowledge:
         """Things named among the words as countable nouns ("a laptop", "books"), not after "as" or "like"."""
         found: list[int] = []
         for end in range(1, len(words) + 1):
-            stems = tuple(stem(w) for w in words[max(0, end - LONGEST_NAME) : end])
+            stems = tuple(singular(w) for w in words[max(0, end - LONGEST_NAME) : end])
             start = self._name_start(stems)
             if start < 0:
                 continue
             at = end - (len(stems) - start)
             before = words[max(0, at - 3) : at]
-            plural = words[end - 1].endswith("s") and stem(words[end - 1]) != words[end - 1]
+            plural = words[end - 1].endswith("s") and singular(words[end - 1]) != words[end - 1]
             if not {"as", "like"} & set(before) and (plural or any(w in DETERMINERS for w in before)):
                 found.extend(self.thing_by_name[stems[start:]])
         return tuple(dict.fromkeys(found))
@@ -205,12 +206,21 @@ class Knowledge:
         kin = self.parents[:, self.parents[columns].any(axis=0)].any(axis=1)
         return np.where(below, YES, np.where(above, UNKNOWN, np.where(kin, KIN, NO))).astype(np.float32)
 
+    def use_cover(self, text: str) -> Floats:
+        """(u,) the share of the text's informative words that each use has, rare words counting more."""
+        cover = np.zeros(len(self.uses), dtype=np.float32)
+        asked = {stem(word) for word in tokens(text) if word[0].isalnum() and word not in FUNCTION_WORDS}
+        rarity = {word: float(np.log(len(self.uses) / (1.0 + len(self.use_words.get(word, ()))))) for word in asked}
+        whole = sum(rarity.values())
+        for word in asked & self.use_words.keys():
+            cover[list(self.use_words[word])] += rarity[word] / whole
+        return cover
+
     def trait_degrees(self, trait: int, stated: NDArray[np.uint64], usual: Floats) -> Floats:
         """(n,) degree of rows to have a trait, by what the map states of them and what is usual for their things.
 
         usual: (n,) NaN where nothing is known. A stated trait of the same scale decides.
         """
-        degree = np.where(np.isfinite(usual), usual, 0.5).astype(np.float32)
         best = np.zeros(len(stated), dtype=np.float32)
         told = np.zeros(len(stated), dtype=bool)
         for other in range(len(self.traits)):
@@ -219,18 +229,27 @@ class Knowledge:
                 says = (stated >> np.uint64(other)) & np.uint64(1) == 1
                 told |= says
                 best = np.where(says, np.maximum(best, alike), best)
-        degree = np.where(told, best, degree)
-        opposite = _UNLIKELY.get(self.traits[trait], ())
-        if opposite:
-            says = np.zeros(len(stated), dtype=bool)
-            for name in opposite:
-                says |= (stated >> np.uint64(self.traits.index(name))) & np.uint64(1) == 1
-            degree = np.where(says & ~told, np.minimum(degree, UNKNOWN), degree)
-        return degree.astype(np.float32)
+        return np.where(told, best, usual).astype(np.float32)
 
 
-_UNLIKELY = {"heavy": ("small", "tiny"), "light": ("large", "huge"), "large": ("tiny",), "huge": ("light",)}
-"""What a stated trait speaks against beyond its own scale: "a very small table" is not heavy."""
+_DAMPED = {
+    ("light", "fixed"): 0.4, ("light", "large"): 0.7, ("light", "huge"): 0.5, ("light", "medium"): 0.95,
+    ("heavy", "small"): 0.7, ("heavy", "medium"): 0.9, ("heavy", "large"): 0.97,
+    ("small", "heavy"): 0.8, ("small", "middling"): 0.95, ("small", "fixed"): 0.95,
+    ("large", "light"): 0.85, ("soft", "electric"): 0.5,
+}  # fmt: skip
+"""Traits weigh on each other: a window blind weighs little, but nobody asks for it as "something light"."""
+_IMPLIED = {
+    "stone": "rigid -soft heavy -light -transparent",
+    "ceramic": "rigid -soft -transparent",
+    "metal": "rigid -soft -transparent",
+    "wood": "rigid -soft -transparent",
+    "glass": "rigid -soft transparent fragile",
+    "fabric": "soft -rigid -transparent",
+    "small": "-heavy",
+    "tiny": "-heavy light",
+}
+"""What a stated trait says of others ("a ceramic bird" is not soft); a minus says that it is not so."""
 _SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
 _FILLERS = frozenset(
     ("very", "really", "quite", "so", "too", "extremely", "rather", "fairly", "that", "is", "are", "which", "and")
@@ -238,7 +257,7 @@ _FILLERS = frozenset(
 
 
 def _stems(phrase: str) -> tuple[str, ...]:
-    return tuple(stem(t.removesuffix("'s")) for t in tokens(phrase) if t[0].isalnum() and t not in DETERMINERS)
+    return tuple(singular(t.removesuffix("'s")) for t in tokens(phrase) if t[0].isalnum() and t not in DETERMINERS)
 
 
 @lru_cache(maxsize=1)
@@ -289,11 +308,21 @@ def knowledge() -> Knowledge:
         has=_has(traits, said, alike),
         alike=alike,
         uses=uses,
+        use_words=_use_words(uses),
         use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,
         version=hashlib.sha256((everyday.TABLE + everyday.TRAITS).encode()).hexdigest()[:16],
     )
+
+
+def _use_words(uses: Sequence[str]) -> dict[str, tuple[int, ...]]:
+    found: dict[str, dict[int, None]] = {}
+    for i, use in enumerate(uses):
+        for word in tokens(use):
+            if word not in FUNCTION_WORDS:
+                found.setdefault(stem(word), {}).setdefault(i)
+    return {word: tuple(ids) for word, ids in found.items()}
 
 
 def _lines(table: str) -> list[str]:
@@ -339,6 +368,10 @@ def _alike(traits: tuple[str, ...]) -> Floats:
         for one in family:
             for other in family:
                 alike[traits.index(one), traits.index(other)] = YES if one == other else NO
+    for material, implied in _IMPLIED.items():
+        for trait in implied.split():
+            firm, sure = trait.removeprefix("-"), NO if trait.startswith("-") else YES
+            alike[traits.index(firm), traits.index(material)] = sure
     for i in range(len(traits)):
         alike[i, i] = YES
     return alike
@@ -358,4 +391,7 @@ def _has(traits: tuple[str, ...], said: Sequence[Sequence[int]], alike: Floats) 
             elif t in scaled and len(scaled[t]) > 1:
                 known = [alike[t, o] for o in own if o in scaled[t]]
                 has[i, t] = max(known) if known else np.nan
+        for (asked, said_too), factor in _DAMPED.items():
+            if said_too in [traits[t] for t in own]:
+                has[i, traits.index(asked)] *= factor
     return has

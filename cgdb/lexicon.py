@@ -46,6 +46,7 @@ RELATION_WORDS = _words(
     covered decorated sits stands lies hangs rests leans has have having is are was were can could to as facing
     beneath toward towards off up down seen likely possibly probably potentially either used made"""
 )
+HEDGES = _words("likely possibly probably potentially either seen")
 PARTITIVES = _words(
     """corner base part piece pair set bunch stack pile group row one end side edge top bottom front back view kind
     type sort section portion bit couple number lot collection half rest variety series cluster close-up closeup some
@@ -75,4 +76,5 @@ IRREGULAR: Mapping[str, str] = {
     "worn": "wear", "wore": "wear", "sat": "sit", "held": "hold", "kept": "keep", "drunk": "drink", "drank": "drink",
     "ate": "eat", "eaten": "eat", "slept": "sleep", "wrote": "write", "written": "write",
     "bus": "bus", "gas": "gas", "lens": "lens", "always": "always", "this": "this", "scissors": "scissor",
+    "shoes": "shoe", "toes": "toe", "hoes": "hoe", "canoes": "canoe", "buses": "bus", "lenses": "lens",
 }  # fmt: skip

@@ -32,6 +32,9 @@ Rows = NDArray[np.int64]
 NEAR_ENOUGH = 0.55
 """Cosine from which a name that the table lacks ("voice assitant") is taken for the nearest thing that it has."""
 
+DOUBT = 0.1
+"""Weight of the even chance in every pool: little evidence moves the degree little."""
+
 _GROUPS: Mapping[str, tuple[Source, ...]] = {
     "name": (Source.NAME, Source.HEAD),
     "caption": (Source.CAPTION, Source.PROPERTY),
@@ -93,17 +96,22 @@ class Calibration:
     the question only says what is to be done to it.
     """
 
-    line: Mapping[str, float] = field(default_factory=lambda: {"name": 2.0, "caption": 2.0, "image": 2.0, "use": 3.0})
-    slope: Mapping[str, float] = field(default_factory=lambda: {"name": 1.5, "caption": 1.5, "image": 1.5, "use": 1.5})
+    line: Mapping[str, float] = field(
+        default_factory=lambda: {"name": 2.0, "caption": 2.0, "image": 2.0, "use": 3.0, "topic": 2.5}
+    )
+    slope: Mapping[str, float] = field(
+        default_factory=lambda: {"name": 1.5, "caption": 1.5, "image": 1.5, "use": 1.5, "topic": 1.5}
+    )
     weight: Mapping[str, Mapping[str, float]] = field(
         default_factory=lambda: {
             "kind": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 2.0},
             "use": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 1.0},
-            "traits": {"name": 0.1, "caption": 0.1, "image": 0.5, "known": 2.0},
+            "traits": {"name": 0.05, "caption": 0.02, "image": 0.5, "known": 2.0},
         }
     )
-    words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "use": 1.0, "traits": 0.5})
+    words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "use": 1.0, "traits": 0.0})
     argument: float = 2.0
+    cover: float = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -298,22 +306,24 @@ class Scorer:
         if asks.kinds:
             of_thing = of_thing * known.kind_degrees(asks.kinds)
         if use and background is not None:
-            of_thing = of_thing * self._use_degrees(background)
+            of_thing = of_thing * self._use_degrees(asks.rest or "", background)
         if asks.kinds or use:
             part = view.things.best(of_thing)
         for trait in asks.traits:
             usual = view.things.best(known.has[:, trait])
             degree = known.trait_degrees(trait, view.stated, usual)
-            part = np.where(np.isfinite(part), part * degree, degree)
+            # What nobody tells is left out where it is all that is asked, and is even chance beside a kind or a use.
+            untold = np.where(np.isfinite(degree), degree, np.float32(0.5))
+            part = np.where(np.isfinite(part), part * untold, degree)
         return part
 
-    def _use_degrees(self, background: Floats) -> Floats:
+    def _use_degrees(self, text: str, background: Floats) -> Floats:
         """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name."""
         names, uses = background[: len(self._known.names)], background[len(self._known.names) :]
-        z = contrast(uses, uses)
+        z = contrast(uses, uses) + np.float32(self._calibration.cover) * self._known.use_cover(text)
         best = np.full(len(names), -np.inf, dtype=np.float32)
         np.maximum.at(best, self._known.use_of[:, 1], z[self._known.use_of[:, 0]])
-        return np.maximum(self._calibrated("use", best), self._calibrated("name", contrast(names, names)))
+        return np.maximum(self._calibrated("use", best), self._calibrated("topic", contrast(names, names)))
 
     def _calibrated(self, name: str, z: Floats) -> Floats:
         line, slope = self._calibration.line[name], self._calibration.slope[name]
@@ -333,7 +343,7 @@ class Scorer:
                 total += np.float32(weight) * _log_odds(np.where(has, part, 0.5))
                 mass += np.float32(weight) * has
         words = parts.get("words")
-        pooled = total / np.maximum(mass, np.float32(1e-6))
+        pooled = total / (mass + np.float32(DOUBT))
         if words is not None:
             alone = np.float32(8.0) * (words - np.float32(0.5))
             pooled = np.where(mass > 0, pooled + np.float32(self._calibration.words[form]) * words, alone)

@@ -23,6 +23,7 @@ from cgdb.lexicon import (
     DETERMINERS,
     FUNCTION_WORDS,
     GENERIC_HEADS,
+    HEDGES,
     IRREGULAR,
     NOUNS_TOO,
     PARTITIVES,
@@ -59,22 +60,29 @@ _VOWEL = re.compile(r"[aeiouy]")
 
 
 @lru_cache(maxsize=65536)
+def singular(word: str) -> str:
+    """The word without its plural ending, in one spelling: the form under which names of things are compared."""
+    if word in IRREGULAR:
+        return IRREGULAR[word]
+    if len(word) > 3 and word.endswith("ies"):
+        word = word[:-3] + "y"
+    elif len(word) > 4 and word.endswith(("sses", "shes", "ches", "xes", "zzes", "oes")):
+        word = word[:-2]
+    elif len(word) > 3 and word.endswith("s") and not word.endswith(("ss", "us", "is")):
+        word = word[:-1]
+    if len(word) > 2 and word.endswith("ie"):
+        word = word[:-2] + "y"  # "cookie", as "cookies" ends there too
+    return IRREGULAR.get(word, word)
+
+
+@lru_cache(maxsize=65536)
 def stem(word: str) -> str:
     """The form under which a word is looked up: singular, without -ed/-ing, final e dropped.
 
     A light stemmer in the line of Harman's S-stemmer ("How effective is suffixing?", JASIS 1991) with inflection
     added; heavier ones (Porter, Snowball) conflate too much here: "organ" and "organizer" are different objects.
     """
-    if word in IRREGULAR:
-        return IRREGULAR[word]
-    if len(word) > 3 and word.endswith("ies"):
-        word = word[:-3] + "y"
-    elif len(word) > 4 and word.endswith(("sses", "shes", "ches", "xes", "zes", "oes")):
-        word = word[:-2]
-    elif len(word) > 3 and word.endswith("s") and not word.endswith(("ss", "us", "is")):
-        word = word[:-1]
-    if word in IRREGULAR:
-        return IRREGULAR[word]
+    word = singular(word)
     for suffix in ("ing", "ed"):
         base = word[: -len(suffix)]
         if word.endswith(suffix) and len(base) >= 3 and _VOWEL.search(base) and not word.endswith("eed"):
@@ -196,8 +204,10 @@ def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bo
         if token in ("or", "/") and has_noun:
             close()
             continue
+        if token == "and" and segment and following in PRONOUNS:
+            break
         if token == "and" and has_noun and not _continues(found, i):
-            if following in PRONOUNS or following in RELATION_WORDS or not following:
+            if following in RELATION_WORDS or not following:
                 break
             close()
             continue
@@ -217,7 +227,9 @@ def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bo
                 break
             close()
             continue
-        if has_noun and (token in RELATION_WORDS or (token.endswith(("ing", "ed")) and following in RELATION_WORDS)):
+        # "a light in the ceiling": before a relation, what could be an adjective was the noun.
+        ended = has_noun or (token not in HEDGES and any(found[k] in NOUNS_TOO for k in segment[-1:]))
+        if ended and (token in RELATION_WORDS or (token.endswith(("ing", "ed")) and following in RELATION_WORDS)):
             break
         if roles[i] is None or (token in RELATION_WORDS and not segment):
             continue
