@@ -19,7 +19,7 @@ def matches(source: Source) -> bool:
     if source.kind != "json":
         return False
     found = _listed(source.value())
-    return bool(found) and isinstance(found[0], dict) and not TELLING.isdisjoint(found[0])
+    return isinstance(found, list) and bool(found) and isinstance(found[0], dict) and not TELLING.isdisjoint(found[0])
 
 
 def read(source: Source, name: str | None) -> SceneGraph:
@@ -30,7 +30,10 @@ def read(source: Source, name: str | None) -> SceneGraph:
     report = Report()
     listed = list(enumerate(_listed(value)))
     if isinstance(value, dict):
-        listed += list(enumerate(value.get("relations") or [], start=len(listed)))
+        relations = value.get("relations") or []
+        if not isinstance(relations, list):
+            raise FormatError(f"'relations' must be a list, not {strict_json.kind_of(relations)}")
+        listed += enumerate(relations, start=len(listed))
     return from_records(listed, name, source, report, "json")
 
 

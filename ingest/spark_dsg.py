@@ -6,6 +6,7 @@ ones name the layers, split them into partitions and give boxes by their dimensi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -158,7 +159,7 @@ def _rotation(value: object, where: str) -> NDArray[np.float64] | None:
         raise FormatError(f"{where}: the box's orientation must be a quaternion, not {fields.shown(value)}")
     parts = [fields.number(value.get(key), where, f"the quaternion's {key}") for key in "wxyz"]
     quaternion = np.array([0.0 if part is None else part for part in parts])
-    length = float(np.linalg.norm(quaternion))
+    length = math.hypot(*quaternion.tolist())
     if not 1e-6 < length < 1e6:
         raise SceneError(f"{where}: the box's orientation is a quaternion of length {length:.3g}")
     w, x, y, z = quaternion / length
