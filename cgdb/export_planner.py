@@ -8,7 +8,8 @@ metres, because that is how a planner reads them: a rotated box is written as th
 A token budget is met by dropping what costs most and matters least, each step only as far as needed:
 
 1. captions are cut to their first ``SHORT_CAPTION`` characters, the longest first;
-2. relations go: those that follow from the boxes (origin geometry) before the others, the least confident first;
+2. relations go: those that follow from the boxes (origin geometry) before the others, the least confident first, of equals
+   the later first;
 3. objects go, with their relations: the least often observed first, among those the least confident, then the
    costliest.
 
@@ -88,7 +89,7 @@ class _Draft:
             self.lines[key] = line
             cut.add(key)
 
-        for index in sorted(self.relations, key=lambda i: _relation_worth(self.relations[i])):
+        for index in sorted(self.relations, key=lambda i: (*_relation_worth(self.relations[i]), -i)):
             if size <= budget:
                 break
             size -= _bytes(self.relation_lines.pop(index)) + _SEPARATOR

@@ -23,8 +23,8 @@ with tempfile.TemporaryDirectory() as folder, cgdb.open(Path(folder) / "flat.cgd
     # What the store gave can be read again, without loss in its own format.
     assert len(cgdb.ingest.load(Path(folder) / "flat.json", relate=False).objects) == len(db.scene("flat").objects)
 
-    # For a prompt with little room: at most about 3600 tokens, with the relations that still fit.
-    planner = document(db.scene("flat"), "planner", max_tokens=3600, relations=True)
+    # For a prompt with little room: at most about 4200 tokens, with the relations that still fit.
+    planner = document(db.scene("flat"), "planner", max_tokens=4200, relations=True)
     lines = "".join(planner.pieces).splitlines()
     print(*lines[:4], "...", *lines[-6:], sep="\n")
     print(*planner.notes, sep="\n")
