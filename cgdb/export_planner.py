@@ -8,8 +8,8 @@ metres, because that is how a planner reads them: a rotated box is written as th
 A token budget is met by dropping what costs most and matters least, each step only as far as needed:
 
 1. captions are cut to their first ``SHORT_CAPTION`` characters, the longest first;
-2. relations go: those that follow from the boxes (origin geometry) before the others, the least confident first, of equals
-   the later first;
+2. relations go: those that follow from the boxes (origin geometry) before the others, the least confident first, of
+   equals the later first;
 3. objects go, with their relations: the least often observed first, among those the least confident, then the
    costliest.
 
