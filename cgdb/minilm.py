@@ -101,6 +101,8 @@ class MiniLM:
         except KeyError as missing:
             raise EncoderError(f"{folder / 'model.safetensors'} is no BERT encoder: it lacks {missing}") from None
         self.dimension = int(self._words.shape[1])
+        if self.dimension % self._heads:
+            raise EncoderError(f"{folder}: {self._heads} heads do not divide {self.dimension} dimensions")
 
     @classmethod
     def load(cls) -> MiniLM:

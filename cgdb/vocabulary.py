@@ -21,7 +21,7 @@ from cgdb.errors import EncoderError, UsageError, did_you_mean
 LARGEST_FILE = 2 << 30
 """Bytes. A vocabulary of a million names in 512 dimensions is below it."""
 
-_PROMPT = re.compile(r"^(?:a |the )?(?:photo|picture|image) of ")
+_PROMPT = re.compile(r"^(?:a |an |the )?(?:photo|picture|image) of ")
 _ARTICLE = re.compile(r"^(?:a|an|the) ")
 
 
@@ -50,7 +50,7 @@ class Vocabulary:
 
     @classmethod
     def load(cls, path: str | Path, vectors: str | Path | None = None) -> Vocabulary:
-        """A vocabulary from a file: .npz with the arrays names (text) and vectors (n, d), or .json names and .npy vectors.
+        """A vocabulary from .npz with the arrays names (text) and vectors (n, d), or from .json names and .npy vectors.
 
         Of a pair either file may be named: its fellow has the same name and the other ending, or is given. EncoderError
         for a file that is something else; nothing in the file is executed.
@@ -76,8 +76,9 @@ class Vocabulary:
             raise EncoderError(f"{first} is no vocabulary: {reason.message}", hint=_SHAPE) from None
 
     def texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """(n, d) float32, rows of length 1: the vectors of these names. EncoderError for the first text that is none."""
-        return self._vectors[[self._find(text) for text in texts]]
+        """(n, d) float32, rows of length 1: the vectors of these names. EncoderError for a text that is none."""
+        rows = np.array([self._find(text) for text in texts], np.intp)
+        return np.take(self._vectors, rows, axis=0)
 
     def _find(self, text: str) -> int:
         row = self._exact.get(text)
