@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -77,8 +78,8 @@ def _ordered(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Place]:
     keys: list[NDArray[Any]] = [row, part, by_score]
     for item in reversed(query.order):
         columns = [p.executor.evaluator.value(item.expression, p.rows) for p in parts]
-        ranks = _ranks([value for p, c in zip(parts, columns, strict=True) for value in _sortable(p, item, c)])
-        keys.append(np.where(fits, -ranks if item.descending else ranks, 0))
+        values = [value for p, c in zip(parts, columns, strict=True) for value in _sortable(p, item, c)]
+        keys.append(np.where(fits, _ranks(values, descending=item.descending), 0))
     keys.append(~fits)
     order = np.lexsort(keys)
     return list(zip(part[order].tolist(), row[order].tolist(), strict=True))
@@ -92,33 +93,27 @@ def _sortable(part: SceneRows, item: ast.OrderItem, column: NDArray[Any]) -> lis
     return [None if value != value else value for value in column.tolist()]
 
 
-def _ranks(values: list[Any]) -> NDArray[np.int64]:
+def _ranks(values: list[Any], *, descending: bool = False) -> NDArray[np.int64]:
     """The rank of each value: numbers, then texts, then lists; nulls last whichever way it is ordered."""
 
     def key(value: Any) -> tuple[int, Any]:
-        if value is None:
-            return (3, 0)
-        if isinstance(value, bool):
-            return (0, int(value))
-        if isinstance(value, (int, float)):
+        if isinstance(value, (bool, int, float)):
             return (0, value)
         if isinstance(value, str):
             return (1, value.casefold())
-        return (2, [key(item) for item in value])
+        if isinstance(value, (list, tuple)):
+            return (2, [key(item) for item in value])
+        return (3, 0)
 
-    ranks: dict[Any, int] = {}
-    order = sorted(range(len(values)), key=lambda i: key(values[i]))
+    keys = [key(value) for value in values]
     result = np.zeros(len(values), np.int64)
-    previous: Any = None
     rank = 0
-    for place, i in enumerate(order):
-        now = key(values[i])
-        if place and now != previous:
-            rank += 1
-        previous = now
-        result[i] = rank
-    del ranks
-    return result
+    order = sorted(range(len(values)), key=keys.__getitem__)
+    for before, now in itertools.pairwise(order):
+        rank += keys[before] != keys[now]
+        result[now] = rank
+    null = np.asarray([value is None for value in values], bool)
+    return np.where(null, len(values), -result if descending else result)
 
 
 def _rows(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]) -> list[Row]:
@@ -206,7 +201,7 @@ def _path(view: SceneView, way: tuple[int, ...], confidence: float) -> Path:
     ids = [view.column("id")[position] for position in way]
     between = view.relations_of(np.asarray(way, np.int64))
     relations = []
-    for one, other in zip(ids, ids[1:], strict=False):
+    for one, other in itertools.pairwise(ids):
         steps = [r for r in between if {r.source, r.target} == {one, other}]
         relations.append(max(steps, key=lambda r: r.confidence))
     return Path(relations=tuple(relations))
@@ -243,8 +238,8 @@ def _grouped(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Row]:
     if query.order:
         for item in reversed(query.order):
             at = next(i for i, column in enumerate(query.returns) if column.expression == item.expression)
-            ranks = _ranks([_order_value(row.values[at]) for row in result])
-            order = np.argsort(-ranks if item.descending else ranks, kind="stable")
+            ranks = _ranks([_order_value(row.values[at]) for row in result], descending=item.descending)
+            order = np.argsort(ranks, kind="stable")
             result = [result[i] for i in order.tolist()]
     return result
 

@@ -199,6 +199,11 @@ class _Binder:
 
     def _node(self, item: ast.NodePattern, scope: _Scope, conditions: list[ast.Expression]) -> BoundNode:
         name = item.variable
+        if name is None and item.id is not None:
+            # The same #12 twice is the same node; any other node without a name is one of its own.
+            known_reference = next((n for n in scope.nodes.values() if not n.named and n.id == item.id.id), None)
+            if known_reference is not None and item.label is None and not item.properties and item.meaning is None:
+                return known_reference
         if name is not None and name in scope.edges:
             raise BindError(f"'{name}' is a relation here and cannot be a node as well", span=item.span)
         if item.label is not None and item.label not in self._catalog.labels and item.label != "Object":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,6 +16,7 @@ import numpy as np
 from cgdb.artefacts import Artefacts
 from cgdb.binder import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.bindings import Positions
+from cgdb.degrees import Degrees
 from cgdb.embed import TEXT_MODEL, Encoder
 from cgdb.encoders import Encoders
 from cgdb.errors import BindError, CgdbError, StoreError, one_of
@@ -31,6 +32,7 @@ from cgdb.view import SceneView
 if TYPE_CHECKING:
     import networkx
 
+    from cgdb.export import Exported
     from cgdb.graph import Table
 
 OnExisting = Literal["error", "replace", "merge"]
@@ -86,6 +88,7 @@ class Database:
         self._artefacts = Artefacts(ledger.path / "index", writable=not ledger.read_only)
         self._kept = TextVectors(ledger.path / "texts.sqlite", read_only=ledger.read_only)
         self._encoders = Encoders(self._kept, text=text_encoder, spaces=space_encoders)
+        self.degrees_of: Callable[[SceneView], Degrees] = lambda view: Degrees(view, self._encoders)
         self._views: dict[tuple[int, int], SceneView] = {}
         self._running: set[Budget] = set()
         self._lock = threading.RLock()
@@ -136,9 +139,18 @@ class Database:
             found[name] = self._ledger.changes(info.id, a, b)
         return found
 
-    def scene(self, name: str, *, as_of: AsOf = None, features: bool = True, clouds: bool = True) -> SceneGraph:
-        """A whole scene in memory."""
-        return self._ledger.scene_graph(self._ledger.scene(name, as_of), features=features, clouds=clouds)
+    def scene(
+        self,
+        name: str,
+        *,
+        as_of: AsOf = None,
+        features: bool = True,
+        clouds: bool = True,
+        skip_damaged: bool = False,
+    ) -> SceneGraph:
+        """A whole scene in memory. skip_damaged leaves damaged rows out and lists them in provenance["damaged"]."""
+        info = self._ledger.scene(name, as_of)
+        return self._ledger.scene_graph(info, features=features, clouds=clouds, skip_damaged=skip_damaged)
 
     def object(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> StoredNode:
         """The record of an object or place. scene may be left out where only one scene has the id."""
@@ -151,6 +163,13 @@ class Database:
         """All relations of an object or place, either way."""
         view, position = self._locate(object_id, scene, as_of)
         return tuple(view.relations_of(np.asarray([position], np.int64)))
+
+    def nodes_by_key(self, scene: str, keys: Iterable[int], *, as_of: AsOf = None) -> tuple[StoredNode, ...]:
+        """The records behind the keys that `diff` speaks of, in their order."""
+        view = self.view(scene, as_of)
+        positions = view.columns.positions(np.asarray(list(keys), np.int64))
+        records = view.stored(positions)
+        return tuple(records[position] for position in positions.tolist())
 
     def points(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> Any:
         """(points (n, 3) float32 m, colors (n, 3) uint8 or None) of an object; None where the map has none."""
@@ -300,12 +319,19 @@ class Database:
         return to_networkx(self.scene(scene, as_of=as_of, features=False, clouds=False))
 
     def export(
-        self, scene: str, path: str | Path, format: str | None = None, *, as_of: AsOf = None, **options: Any
-    ) -> None:
+        self,
+        scene: str,
+        path: str | Path,
+        format: str | None = None,
+        *,
+        as_of: AsOf = None,
+        skip_damaged: bool = False,
+        **options: Any,
+    ) -> Exported:
         """Write a scene to a file: "cgdb", "planner", "node-link" or "graphml"; by its ending when not said."""
         from cgdb.export import export
 
-        export(self.scene(scene, as_of=as_of), Path(path), format, **options)
+        return export(self.scene(scene, as_of=as_of, skip_damaged=skip_damaged), Path(path), format, **options)
 
     # -- care ---------------------------------------------------------------------------------------------------
 
@@ -348,7 +374,7 @@ class Database:
         with self._lock:
             key = (info.id, info.revision)
             if key not in self._views:
-                self._views[key] = SceneView(info, self._ledger, self._artefacts, self._encoders)
+                self._views[key] = SceneView(info, self._ledger, self._artefacts, self.degrees_of)
             return self._views[key]
 
     def _single(self, scene: str | None) -> SceneView:

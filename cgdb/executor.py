@@ -126,7 +126,7 @@ class Executor:
             self._profile.add(f"component {number}", found.n, time.perf_counter() - started)
             if rows is not None:
                 self._budget.check_rows(rows.n * found.n)
-            rows = found if rows is None else rows.cross(found)
+            rows = found if rows is None else _without_shared_edges(rows.cross(found), rows.edges, found.edges)
         assert rows is not None, "a match has at least one node"
         for edge in plan.paths:
             self._budget.check()
@@ -255,6 +255,17 @@ class Executor:
             edges={edge.name: no_edge for edge in plan.match.edges},
             truth=always(0),
         )
+
+
+def _without_shared_edges(rows: Bindings, one: Mapping[str, object], other: Mapping[str, object]) -> Bindings:
+    """The rows in which no relation stands for two edges; within a component its Cypher sees to that."""
+    shared = np.zeros(rows.n, bool)
+    for a in one:
+        for b in other:
+            left, right = rows.edges[a], rows.edges[b]
+            same = (left.source == right.source) & (left.target == right.target)
+            shared |= same & (left.label == right.label) & (left.origin == right.origin)
+    return rows.take(np.flatnonzero(~shared)) if shared.any() else rows
 
 
 def asked_of(query: BoundQuery) -> dict[str, list[ast.Expression]]:

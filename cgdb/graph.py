@@ -1,7 +1,7 @@
 """The graph index: one scene at one revision as an immutable file of the graph engine, for traversal by Cypher.
 
-Node(key, id, label, tag, caption, confidence, n_observations, cx, cy, cz, ex, ey, ez, p_*) and Rel(label, confidence,
-origin, explanation). Scalars only: vectors and point clouds have places of their own.
+Node(key, id, label, tag, caption, confidence, n_observations, cx, cy, cz, ex, ey, ez, p_*) and Rel(source,
+label, confidence, origin, explanation). Scalars only: vectors and point clouds have places of their own.
 """
 
 from __future__ import annotations
@@ -41,8 +41,10 @@ _FIXED = {
     **dict.fromkeys(("cx", "cy", "cz", "ex", "ey", "ez"), "DOUBLE"),
 }
 _RELATION = {
+    "from_key": "INT64",
+    "to_key": "INT64",
+    # The engine does not tell the direction of a relation that was matched either way; so the relation itself does.
     "source": "INT64",
-    "target": "INT64",
     "label": "STRING",
     "confidence": "DOUBLE",
     "origin": "STRING",
@@ -158,7 +160,7 @@ class GraphIndex:
                 row
                 for row in store.execute(
                     "MATCH (a:Node)-[r:Rel]->(b:Node) "
-                    "RETURN a.key, b.key, r.label, r.confidence, r.origin, r.explanation"
+                    "RETURN a.key, b.key, r.source, r.label, r.confidence, r.origin, r.explanation"
                 )[2]
                 if row[0] not in replaced and row[1] not in gone
             )
@@ -188,6 +190,8 @@ class GraphIndex:
         names, types, rows = self._store.execute(cypher, parameters, timeout_s=timeout_s)
         data = tuple(_column([row[i] for row in rows], kind) for i, kind in enumerate(types))
         return Table(columns=tuple(names), data=data)
+
+    run_untrusted = run
 
     def interrupt(self) -> None:
         """Stop what runs now, from another thread: it raises QueryCancelled."""
@@ -361,7 +365,7 @@ def _property(value: Any, kind: str) -> Any:
 
 
 def _relation_cells(row: RelationRow) -> tuple[Any, ...]:
-    return row.source, row.target, row.label, row.confidence, row.origin, row.explanation
+    return row.source, row.target, row.source, row.label, row.confidence, row.origin, row.explanation
 
 
 def _column(values: list[Any], kind: str) -> Column:

@@ -56,6 +56,11 @@ class Hits(Sequence[Hit]):
                 found.update({(number, position): node for position, node in view.stored(mine).items()})
         return tuple(found[pair] for pair in zip(self._part.tolist(), self._position.tolist(), strict=True))
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What evidence was left out, one line each."""
+        return tuple(dict.fromkeys(line for view in self._views for line in view.degrees.warnings))
+
     def __len__(self) -> int:
         return len(self.scores)
 

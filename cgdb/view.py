@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,6 @@ from cgdb.bindings import Positions
 from cgdb.catalog import BUILT_IN, Catalog
 from cgdb.columns import Columns
 from cgdb.degrees import Degrees
-from cgdb.encoders import Encoders
 from cgdb.errors import BindError, did_you_mean
 from cgdb.graph import GraphIndex, property_column
 from cgdb.ledger import Ledger, NodeRow, SceneInfo
@@ -38,11 +37,17 @@ _GRAPH_COLUMNS = {
 class SceneView:
     """One scene, read-only. Positions are places in ``columns``; everything here speaks of nodes by position."""
 
-    def __init__(self, info: SceneInfo, ledger: Ledger, artefacts: Artefacts, encoders: Encoders) -> None:
+    def __init__(
+        self,
+        info: SceneInfo,
+        ledger: Ledger,
+        artefacts: Artefacts,
+        degrees_of: Callable[[SceneView], Degrees],
+    ) -> None:
         self.info = info
         self._ledger = ledger
         self._artefacts = artefacts
-        self.degrees = Degrees(self, encoders)
+        self.degrees = degrees_of(self)
         self._columns: dict[str, NDArray[Any]] = {}
         self._vectors: dict[str, VectorIndex] = {}
         self._keys_of_ids: dict[ObjectId, int | None] = {}

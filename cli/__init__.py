@@ -1,1 +1,1 @@
-"""The command line and the shell."""
+"""The command line. app: what there is to call; one module per group of commands; render: how answers are shown."""

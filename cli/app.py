@@ -1,0 +1,233 @@
+"""``cgdb``: the commands, their help, and the exit codes.
+
+Exit codes: 0 done; 1 something was found wrong (check); 2 the command line; 3 the query's text or names; 4 the query
+could not be carried out, or outgrew a limit; 5 a map or scene is wrong, or cannot be exported; 6 the store; 7 another
+process is writing; 8 damaged data; 9 a missing package or model; 70 a bug in cgdb; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any, NoReturn
+
+import cgdb
+from cgdb.errors import CgdbError, UsageError, did_you_mean
+
+EXAMPLES = """\
+examples:
+  cgdb demo
+  cgdb import scene_graph.json --into home.cgdb
+  cgdb query home.cgdb 'MATCH (o ~ "something to drink") WHERE NOT o ~ "soda" RETURN o LIMIT 3'
+  cgdb search home.cgdb "red shoes" --where 'volume(o) < 0.1'
+  cgdb export home.cgdb kitchen --format planner
+
+exit codes: 0 done, 1 check found something, 2 command line, 3 query text or names, 4 query failed or outgrew a limit,
+5 map or scene, 6 store, 7 store busy, 8 damaged data, 9 missing package or model, 70 a bug, 130 interrupted
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; the exit code. stdout is data, stderr is talk."""
+    if hasattr(signal, "SIGPIPE"):
+        # `cgdb query ... | head` ends quietly, as other tools do.
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    try:
+        options = _parser().parse_args(arguments)
+        command = getattr(import_module(options.module), options.function)
+        return int(command(options) or 0)
+    except CgdbError as error:
+        sys.stdout.flush()
+        _say(error.render())
+        return error.exit_code
+    except KeyboardInterrupt:
+        _say("interrupted; nothing that was not finished has been written")
+        return 130
+    except Exception as error:  # noqa: BLE001 -- the last resort: a bug becomes one line, and its trace on request
+        if os.environ.get("CGDB_DEBUG"):
+            raise
+        _say(f"internal error: {type(error).__name__}: {error}\nhint: this is a bug in cgdb; CGDB_DEBUG=1 shows where")
+        return 70
+
+
+def _say(text: str) -> None:
+    # A terminal obeys control characters; names in an error may come from a stranger's map.
+    shown = "".join(c if c in "\n\t" or c.isprintable() else "\ufffd" for c in text)
+    sys.stderr.write(shown.encode(sys.stderr.encoding or "utf-8", "replace").decode(sys.stderr.encoding or "utf-8") + "\n")
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, with this project's kind of error."""
+
+    def error(self, message: str) -> NoReturn:
+        hint = f"{self.prog} --help"
+        words = message.split("'")
+        if "invalid choice" in message and len(words) > 1:
+            hint = did_you_mean(words[1], words[3::2]) or hint
+        raise UsageError(message, hint=hint)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="cgdb",
+        description="An embedded store for the 3D scene graphs that robots make: import a map, ask it, get it out.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"cgdb {cgdb.__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _importing(commands)
+    _asking(commands)
+    _store(commands)
+    return parser
+
+
+def _command(commands: Any, name: str, home: str, says: str, example: str) -> argparse.ArgumentParser:
+    module, function = home.split(":")
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=says,
+        description=says[0].upper() + says[1:] + ".",
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(module=f"cgdb.cli.{module}", function=function)
+    return parser
+
+
+def _importing(commands: Any) -> None:
+    demo = _command(commands, "demo", "demo:demo", "build a store from the furnished flat and ask it", "cgdb demo")
+    demo.add_argument("folder", nargs="?", help="where the store is made (a temporary folder, removed afterwards)")
+
+    bring = _command(
+        commands,
+        "import",
+        "importing:import_maps",
+        "bring map files or folders into a store; one map is one revision, whole or not at all",
+        "cgdb import room0.json room1.json --into house.cgdb",
+    )
+    bring.add_argument("maps", nargs="+", metavar="MAP", help="a map file or folder; its format is found by content")
+    bring.add_argument("--into", required=True, metavar="STORE", help="the store, made where there is none")
+    bring.add_argument("--name", help="the scene's name (one MAP only); else the file's")
+    bring.add_argument("--format", help="the map's format, where its content does not tell")
+    bring.add_argument("--part", help="which graph of a file with several: init_graph, final_graph")
+    bring.add_argument(
+        "--on-existing",
+        choices=("error", "replace", "merge"),
+        default="error",
+        help="what to do when the scene is there already (error)",
+    )
+    bring.add_argument("--no-relate", action="store_true", help="add no relations from the boxes")
+    bring.add_argument("--no-encode", action="store_true", help="leave the vectors of captions for later")
+    bring.add_argument("--quiet", action="store_true", help="no progress, no summary")
+
+    encode = _command(
+        commands, "encode", "importing:encode", "give captions and tags their vectors, where missing", "cgdb encode home.cgdb"
+    )
+    encode.add_argument("store", metavar="STORE")
+    encode.add_argument("--scene", help="of one scene only")
+    encode.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def _asking(commands: Any) -> None:
+    query = _command(
+        commands,
+        "query",
+        "asking:query",
+        "answer a CGQL statement",
+        """cgdb query home.cgdb 'MATCH (l ~ "lamp") WHERE distance(l, #12) < 150 cm RETURN l'""",
+    )
+    query.add_argument("store", metavar="STORE")
+    query.add_argument("text", metavar="CGQL", help="the statement; - reads it from stdin")
+    _parameters(query)
+    query.add_argument("--timeout", type=float, metavar="SECONDS", help="give up after so long")
+    _formats(query)
+
+    search = _command(
+        commands,
+        "search",
+        "asking:search",
+        "the nearest objects to a text or a vector",
+        "cgdb search home.cgdb @query.npy --space clip -k 5",
+    )
+    search.add_argument("store", metavar="STORE")
+    search.add_argument("what", metavar="TEXT", help="a text, or @FILE with a vector (.npy or a JSON list)")
+    search.add_argument("--space", help="the feature space to compare in")
+    search.add_argument("-k", type=int, default=10, help="how many (10)")
+    search.add_argument("--scene", action="append", help="search this scene only (may be repeated)")
+    search.add_argument("--where", metavar="CONDITION", help="a CGQL condition on the object o")
+    _parameters(search)
+    _formats(search)
+
+
+def _parameters(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-p",
+        dest="parameters",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a parameter: a number, true, false, null, a JSON list, @FILE with a vector, or else a text",
+    )
+
+
+def _formats(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--format", choices=("table", "json", "jsonl", "csv", "markdown"), help="how rows are written (table)"
+    )
+    parser.add_argument("--why", action="store_true", help="say of every row why it is there")
+    parser.add_argument("--all", action="store_true", help="show every row of a table, not the first 20")
+
+
+def _store(commands: Any) -> None:
+    info = _command(commands, "info", "stores:info", "say what a store holds", "cgdb info home.cgdb")
+    info.add_argument("store", metavar="STORE")
+    info.add_argument("--json", action="store_true", help="as JSON")
+
+    log = _command(commands, "log", "stores:log", "list the revisions of a store", "cgdb log home.cgdb")
+    log.add_argument("store", metavar="STORE")
+    log.add_argument("--json", action="store_true", help="as JSON")
+
+    diff = _command(commands, "diff", "stores:diff", "say what changed between two revisions", "cgdb diff home.cgdb 1 2")
+    diff.add_argument("store", metavar="STORE")
+    diff.add_argument("a", type=int, help="the earlier revision")
+    diff.add_argument("b", type=int, help="the later revision")
+    diff.add_argument("--json", action="store_true", help="as JSON")
+
+    check = _command(
+        commands, "check", "stores:check", "verify a store; exit code 1 when something is wrong", "cgdb check home.cgdb --repair"
+    )
+    check.add_argument("store", metavar="STORE")
+    check.add_argument("--repair", action="store_true", help="build damaged indexes anew")
+    check.add_argument("--quick", action="store_true", help="the latest revision only")
+
+    export = _command(
+        commands,
+        "export",
+        "stores:export",
+        "write a scene as planner JSON, cgdb JSON, node-link JSON or GraphML",
+        "cgdb export home.cgdb kitchen -o kitchen.json --format planner --decimals 2",
+    )
+    export.add_argument("store", metavar="STORE")
+    export.add_argument("scene", metavar="SCENE", nargs="?", help="may be left out where there is only one")
+    export.add_argument("-o", "--output", default="-", metavar="FILE", help="the file to write; - is stdout (-)")
+    export.add_argument("--format", help="cgdb, planner, node-link or graphml; else by the file's ending")
+    export.add_argument("--as-of", metavar="REVISION", help="the scene as of a revision or an ISO time")
+    export.add_argument("--decimals", type=int, help="planner: decimals of coordinates (1)")
+    export.add_argument("--max-tokens", type=int, help="planner: the budget in tokens")
+    export.add_argument("--relations", action="store_true", help="planner: add the relations")
+    export.add_argument("--skip-damaged", action="store_true", help="leave out damaged rows instead of refusing")
+
+    remove = _command(
+        commands, "remove", "stores:remove", "remove a scene; earlier revisions still show it", "cgdb remove home.cgdb kitchen"
+    )
+    remove.add_argument("store", metavar="STORE")
+    remove.add_argument("scene", metavar="SCENE")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,113 @@
+"""How answers are shown: tables for people, JSON, JSON lines, CSV and markdown for programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SHOWN = 20
+"""Rows of a table that are shown unless all are asked for."""
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A rich console on stdout or stderr; plain where that is no terminal."""
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    width = None if stream.isatty() else 120
+    return Console(stderr=stderr, width=width, highlight=False, soft_wrap=False)
+
+
+def write(text: str) -> None:
+    """Data to stdout, in UTF-8 whatever the locale says."""
+    sys.stdout.buffer.write(text.encode("utf-8", "replace"))
+    sys.stdout.buffer.write(b"\n")
+    sys.stdout.flush()
+
+
+def clean(value: object) -> str:
+    """A value as one line of text without control characters: a map's captions must not drive the terminal."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        text = f"{value:.4g}" if abs(value) < 1e6 else f"{value:.6g}"
+    elif isinstance(value, bool):
+        text = "true" if value else "false"
+    elif isinstance(value, (list, tuple)):
+        text = ", ".join(clean(item) for item in value)
+    else:
+        text = str(value)
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def records(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], form: str) -> None:
+    """Rows for a program: all of them, every field."""
+    if form == "json":
+        write(json.dumps(rows, ensure_ascii=False, indent=2))
+    elif form == "jsonl":
+        for row in rows:
+            write(json.dumps(row, ensure_ascii=False))
+    elif form == "csv":
+        buffer = io.StringIO()
+        writer = csv.writer(buffer, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
+        write(buffer.getvalue().rstrip("\n"))
+    else:
+        write("| " + " | ".join(columns) + " |")
+        write("|" + " --- |" * len(columns))
+        for row in rows:
+            cells = (clean(_cell(row.get(name))).replace("|", "\\|") for name in columns)
+            write("| " + " | ".join(cells) + " |")
+
+
+def _cell(value: Any) -> Any:
+    """A node or relation in one cell: its id and tag."""
+    if isinstance(value, dict) and "id" in value:
+        return f"#{value['id']} {value['tag']}" if value.get("tag") else f"#{value['id']}"
+    if isinstance(value, dict) and "source" in value:
+        return f"#{value['source']} {value['label']} #{value['target']}"
+    if isinstance(value, dict):
+        return ", ".join(str(_cell(item)) for item in value.get("relations", ()))
+    if isinstance(value, list):
+        return ", ".join(str(_cell(item)) for item in value)
+    return value
+
+
+def table(
+    out: Console,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    *,
+    scores: Sequence[tuple[float, bool | None]] | None = None,
+    footer: str | None = None,
+) -> None:
+    """A table for a person. scores: (score, fits) per row, shown as a column with a mark."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    made = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
+    if scores is not None:
+        made.add_column("score", justify="right", no_wrap=True)
+    for name in columns:
+        made.add_column(clean(name), overflow="ellipsis", no_wrap=len(columns) > 3)
+    for number, row in enumerate(rows):
+        cells: list[Text] = []
+        if scores is not None:
+            score, fits = scores[number]
+            mark = "" if fits is None else " ✓" if fits else "  "
+            cells.append(Text(f"{score:.2f}{mark}", style="green" if fits else "dim"))
+        faint = "dim" if scores is not None and scores[number][1] is False else ""
+        cells.extend(Text(clean(value), style=faint) for value in row)
+        made.add_row(*cells)
+    out.print(made)
+    if footer:
+        out.print(Text(footer, style="dim"))

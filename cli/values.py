@@ -1,0 +1,50 @@
+"""Values from the command line: ``-p name=value`` and ``@file`` vectors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from cgdb.errors import UsageError
+
+
+def parameters(given: Sequence[str]) -> dict[str, Any]:
+    """{name: value} of ``name=value`` words; what is no number, true, false, null or JSON list is a text."""
+    found: dict[str, Any] = {}
+    for word in given:
+        name, equals, value = word.partition("=")
+        if not equals or not name.isidentifier():
+            raise UsageError(f"-p takes NAME=VALUE, not {word[:60]!r}")
+        found[name] = parameter(value)
+    return found
+
+
+def parameter(text: str) -> Any:
+    """One value as a person types it."""
+    if text.startswith("@"):
+        return vector(Path(text[1:]))
+    try:
+        value = json.loads(text)
+    except (json.JSONDecodeError, RecursionError):
+        return text
+    return text if isinstance(value, dict) or (isinstance(value, float) and value != value) else value
+
+
+def vector(path: Path) -> Any:
+    """(d,) float32 from a .npy file or a JSON list of numbers."""
+    import numpy as np
+
+    try:
+        if path.suffix == ".npy":
+            values = np.load(path, allow_pickle=False)
+        else:
+            values = np.asarray(json.loads(path.read_text("utf-8")), dtype=np.float32)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from error
+    except (ValueError, TypeError, RecursionError, EOFError) as error:
+        raise UsageError(f"{path} holds no vector", hint="a .npy file of one dimension, or a JSON list") from error
+    if values.ndim != 1 or not np.issubdtype(values.dtype, np.number):
+        raise UsageError(f"{path} holds an array of shape {values.shape}, not one vector")
+    return values.astype(np.float32)
