@@ -1,6 +1,6 @@
 """cgdb: an embedded store for the 3D scene graphs that robots make.
 
-The modules, in the order in which data flows: scene, ledger, artefacts, columns, graph, vectors, texts, embed; then for a
+The modules, in the order in which data flows: scene, ledger, artefacts, columns, graph, vectors, texts, embed; for a
 query grammar, binder, planner, cypher, executor, scoring, answer, result; database ties them together; export writes
 scenes out.
 """

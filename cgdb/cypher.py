@@ -79,7 +79,7 @@ def statement(component: Component, keys: Mapping[str, list[int]]) -> Statement:
         for i, name in enumerate(bound)
     )
     chain = [
-        f"({alias[edge.source]}:Node)-[{alias[edge.name]}:Rel]{'->' if edge.directed else '-'}({alias[edge.target]}:Node)"
+        f"({alias[edge.source]}:Node)-[{alias[edge.name]}:Rel]-{'>' * edge.directed}({alias[edge.target]}:Node)"
         for edge in component.edges
     ]
     lone = [f"({alias[node.name]}:Node)" for node in component.nodes if not component.edges and node.name not in keys]

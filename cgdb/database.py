@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
+from cgdb import background
 from cgdb.artefacts import Artefacts
 from cgdb.binder import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.bindings import Positions
@@ -185,7 +186,7 @@ class Database:
     def query(
         self, text: str, parameters: Mapping[str, Any] | None = None, /, *, limits: Limits | None = None, **more: Any
     ) -> Result:
-        """The answer to a CGQL statement; ``$name`` in it stands for a parameter, which is never pasted into the text."""
+        """The answer to a CGQL statement; ``$name`` in it stands for a parameter, never pasted into the text."""
         with self._budget(limits) as budget:
             return run(text, {**(parameters or {}), **more}, self._views_of, budget)
 
@@ -298,7 +299,7 @@ class Database:
             raise encoder
         if encoder is None:
             return
-        missing: dict[str, None] = {}
+        missing = dict.fromkeys(self._kept.missing(encoder.name, background.texts()))
         for view in self._views_of(None if scene is None else [scene], None, empty=True):
             missing.update(dict.fromkeys(view.degrees.missing_texts(encoder)))
         # Of similar length together: a batch is padded to its longest text.

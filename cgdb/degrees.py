@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +18,26 @@ from cgdb.embed import Encoder
 from cgdb.encoders import Encoders
 from cgdb.errors import BindError, CgdbError, EncoderError
 from cgdb.scene import FeatureSpace
+from cgdb.texts import TextIndex
+from cgdb.words import head_phrase
 
 if TYPE_CHECKING:
     from cgdb.view import SceneView
 
 ENCODE_AT_ONCE = 1_500
 """Texts without a vector that a query encodes by itself; for more it says that they are left out."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Spoken:
+    """A relation with the fields of a thing that has texts."""
+
+    key: int
+    tag: str
+    caption: str | None
+    label: str = "Object"
+    tags: tuple[str, ...] = ()
+    properties: Mapping[str, object] = field(default_factory=dict)
 
 
 class Degrees:
@@ -39,6 +55,14 @@ class Degrees:
         """(n,) float32 the degrees to which these nodes match a meaning."""
         return self.evidence(meaning).degree[positions]
 
+    def expect(self, meanings: Iterable[Meaning]) -> None:
+        """Encode the texts of all meanings of a statement together: one run of the encoder instead of one each."""
+        texts = [meaning.text for meaning in meanings if isinstance(meaning, TextMeaning)]
+        encoder = self._text_encoder() if texts else None
+        if encoder is not None:
+            heads = [phrase for text in texts if (phrase := head_phrase(text)) is not None]
+            self._encoders.questions(encoder, [*texts, *heads])
+
     def explain(self, meaning: Meaning, position: int) -> Mapping[str, Any]:
         """Which evidence said what of one node."""
         return self._scorer_now().explain(self.evidence(meaning), int(self._view.columns.keys[position]))
@@ -50,39 +74,39 @@ class Degrees:
                 if len(self._evidence) > 64:
                     self._evidence.clear()
                 scorer = self._scorer_now()
-                self._evidence[meaning] = scorer.degrees(self._vectors_of(meaning))
+                self._evidence[meaning] = scorer.degrees(self._meaning(meaning))
             return self._evidence[meaning]
 
     def relation_degrees(self, meaning: Meaning, column: EdgeColumn) -> NDArray[np.float32]:
         """(n,) float32 how well the labels and explanations of relations match a text."""
         assert isinstance(meaning, TextMeaning), "the binder lets only texts compare with relations"
-        texts = [
-            f"{label}\n{why}" if why else str(label)
-            for label, why in zip(column.label, column.explanation, strict=True)
-        ]
-        distinct = list(dict.fromkeys(texts))
-        degrees = dict(zip(distinct, self._relation_degrees(meaning.text, distinct), strict=True))
-        return np.asarray([degrees[text] for text in texts], np.float32)
-
-    def _relation_degrees(self, asked: str, texts: Sequence[str]) -> Sequence[float]:
-        encoder = self._text_encoder()
-        labels = [text.partition("\n")[0].replace("_", " ") for text in texts]
-        if encoder is None:
-            return scoring.phrase_degrees(asked, labels)
-        everything = [*labels, *background.texts()]
-        vectors = self._encoders.encode(encoder, everything)
-        return scoring.phrase_degrees(
-            asked,
-            labels,
-            query=self._encoders.question(encoder, asked),
-            vectors=vectors[: len(labels)],
-            background=vectors[len(labels) :],
+        pairs = list(zip(column.label.tolist(), column.explanation.tolist(), strict=True))
+        distinct = {pair: number for number, pair in enumerate(dict.fromkeys(pairs))}
+        # Relations are told as things are: the label is the name, the explanation the caption.
+        index = TextIndex.build(
+            _Spoken(key=number, tag=label.replace("_", " "), caption=explanation)
+            for (label, explanation), number in distinct.items()
         )
+        encoder = self._text_encoder()
+        vectors = None if encoder is None else self._encoders.encode(encoder, index.texts[: index.n_encoded])
+        scorer = scoring.Scorer(index, embeddings=vectors, background=self._background(encoder))
+        degree = scorer.degrees(self._text_meaning(meaning.text, encoder)).degree
+        return degree[[distinct[pair] for pair in pairs]]
 
-    def _vectors_of(self, meaning: Meaning) -> scoring.Meaning:
+    def _background(self, encoder: Encoder | None) -> NDArray[np.float32] | None:
+        return None if encoder is None else self._encoders.encode(encoder, background.texts())
+
+    def _text_meaning(
+        self, text: str, encoder: Encoder | None, features: Mapping[str, NDArray[np.float32]] | None = None
+    ) -> scoring.Meaning:
+        def encode(texts: list[str]) -> NDArray[np.float32]:
+            assert encoder is not None
+            return self._encoders.questions(encoder, texts)
+
+        return scoring.Meaning.of(text, None if encoder is None else encode, features=features)
+
+    def _meaning(self, meaning: Meaning) -> scoring.Meaning:
         if isinstance(meaning, TextMeaning):
-            encoder = self._text_encoder()
-            vector = None if encoder is None else self._encoders.question(encoder, meaning.text)
             features = {}
             for space in self._view.info.spaces:
                 made = self._space_encoder(space)
@@ -91,7 +115,7 @@ class Degrees:
                         features[space.name] = self._encoders.question(made, meaning.text)
                     except CgdbError as error:
                         self._left_out(space.name, error)
-            return scoring.Meaning(text=meaning.text, vector=vector, features=features)
+            return self._text_meaning(meaning.text, self._text_encoder(), features)
         if isinstance(meaning, VectorMeaning):
             space_name = self.space_of(meaning.vector)
             return scoring.Meaning(features={space_name: meaning.vector.values.astype(np.float32)})
@@ -102,16 +126,16 @@ class Degrees:
         position = self._view.position(meaning.id)
         key = int(self._view.columns.keys[position])
         row = self._view.rows(np.asarray([position]))[position]
-        text = row.caption or row.tag
-        encoder = self._text_encoder()
         features = {}
         for space in self._view.info.spaces:
             index = self._view.vectors(space.name)
             at = int(np.searchsorted(index.keys, key))
             if at < len(index.keys) and int(index.keys[at]) == key:
-                features[space.name] = np.asarray(index.vector(key), np.float32)
-        vector = self._encoders.question(encoder, text) if encoder is not None and text else None
-        return scoring.Meaning(text=text, vector=vector, features=features)
+                features[space.name] = index.matrix[at]
+        text = row.tag or row.caption
+        if text is None:
+            return scoring.Meaning(features=features)
+        return self._text_meaning(text, self._text_encoder(), features)
 
     def space_of(self, vector: Vector) -> str:
         if vector.space is not None:
@@ -138,25 +162,22 @@ class Degrees:
     def _scorer_now(self) -> scoring.Scorer:
         if self._scorer is None:
             encoder = self._text_encoder()
-            matrix = None if encoder is None else self._embeddings(encoder)
-            spaces = {}
-            for space in self._view.info.spaces:
-                index = self._view.vectors(space.name)
-                made = self._space_encoder(space)
-                behind = None
-                if made is not None:
-                    try:
-                        behind = self._encoders.encode(made, background.texts())
-                    except CgdbError:
-                        behind = None  # a vocabulary that lacks the background: contrast with the scene itself
-                spaces[space.name] = scoring.Space(keys=index.keys, cosines=index.all_similarities, background=behind)
             self._scorer = scoring.Scorer(
                 self._view.texts,
-                embeddings=matrix,
-                background=None if encoder is None else self._encoders.encode(encoder, background.texts()),
-                spaces=spaces,
+                embeddings=None if encoder is None else self._embeddings(encoder),
+                background=self._background(encoder),
+                spaces={space.name: self._features(space) for space in self._view.info.spaces},
             )
         return self._scorer
+
+    def _features(self, space: FeatureSpace) -> scoring.Space:
+        index = self._view.vectors(space.name)
+        made = self._space_encoder(space)
+        behind = None
+        if made is not None:
+            with contextlib.suppress(EncoderError):  # a vocabulary may lack the background: the scene itself stands in
+                behind = self._encoders.encode(made, background.names())
+        return scoring.Space(keys=index.keys, vectors=index.matrix, background=behind)
 
     def _embeddings(self, encoder: Encoder) -> NDArray[np.float32] | None:
         """(t, d) the vectors of the scene's texts, NaN rows for those not encoded yet."""
@@ -167,8 +188,8 @@ class Degrees:
             return self._encoders.encode(encoder, texts)
         if missing:
             self.warnings[
-                f"{missing:,} of {len(texts):,} texts of scene '{self._view.info.name}' have no vector yet and were matched "
-                "by their words alone; `cgdb encode` makes them"
+                f"{missing:,} of {len(texts):,} texts of scene '{self._view.info.name}' have no vector yet and were "
+                "matched by their words alone; `cgdb encode` makes them"
             ] = None
         return matrix
 
@@ -214,7 +235,8 @@ class Degrees:
             return None
         if found is None:
             self.warnings[
-                f"the features '{space.name}' were left out: scene '{self._view.info.name}' does not say what encoder made them"
+                f"the features '{space.name}' were left out: scene '{self._view.info.name}' does not say what encoder "
+                "made them"
             ] = None
         return found
 

@@ -1,4 +1,4 @@
-"""The encoders that a process has at hand: loaded when first needed, and what cannot be had remembered with the reason."""
+"""The encoders that a process has at hand: loaded when first needed; why one cannot be had is remembered."""
 
 from __future__ import annotations
 
@@ -51,15 +51,21 @@ class Encoders:
             return self._spaces[space.name]
         return None if space.encoder is None else self._load(space.encoder)
 
-    def question(self, encoder: Encoder, text: str) -> Floats:
-        """(d,) the vector of a text that was asked: remembered by this process, not kept in the store."""
+    def questions(self, encoder: Encoder, texts: Sequence[str]) -> Floats:
+        """(n, d) the vectors of texts that were asked: remembered by this process, not kept in the store."""
         with self._lock:
-            known = self._asked.get((encoder.name, text))
-            if known is None:
+            new = [text for text in dict.fromkeys(texts) if (encoder.name, text) not in self._asked]
+            if new:
                 if len(self._asked) > 1_000:
                     self._asked.clear()
-                known = self._asked[(encoder.name, text)] = encoder.texts([text])[0]
-            return known
+                    new = list(dict.fromkeys(texts))
+                made = encoder.texts(new)
+                self._asked.update({(encoder.name, text): vector for text, vector in zip(new, made, strict=True)})
+            return np.stack([self._asked[(encoder.name, text)] for text in texts])
+
+    def question(self, encoder: Encoder, text: str) -> Floats:
+        """(d,) the vector of one text that was asked."""
+        return np.asarray(self.questions(encoder, [text])[0])
 
     def known(self, name: str, texts: Sequence[str]) -> Floats | None:
         """(n, d) float32 what the store keeps of these texts by the encoder of that name, NaN rows for the others."""

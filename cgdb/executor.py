@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cgdb.view import SceneView
 
 SMALL = 2_000
-"""Up to so many known keys are looked up one by one in the graph index; above, it is asked for all and they are joined."""
+"""Up to so many known keys are looked up one by one in the graph index; above, all are asked for, then joined."""
 
 
 @dataclass(slots=True)
@@ -141,7 +141,7 @@ class Executor:
         return self._conditions(rows, plan.conditions)
 
     def _reached_by_path(self, plan: Plan, component: cypher.Component) -> bool:
-        """Whether a node without conditions of its own is the end of a path: the path will bring it, no need to pair it."""
+        """Whether a node without conditions of its own is the end of a path, which will bring it."""
         node = component.nodes[0]
         return (
             not component.edges
@@ -160,7 +160,7 @@ class Executor:
         return follow(self._view, edge, rows, self._scanned(node, known.get(free)), self._budget)
 
     def _row_identity(self, plan: Plan, rows: Bindings) -> list[Positions]:
-        """The columns that make rows different: named nodes and named edges. What has no name is only asked to exist."""
+        """The columns that make rows different: named nodes and edges. What has no name is only asked to exist."""
         columns = [rows.nodes[node.name] for node in plan.match.nodes.values() if node.named]
         for edge in plan.match.edges:
             if edge.named and not edge.is_path:

@@ -10,7 +10,7 @@ from cgdb.answer import SceneRows, answer
 from cgdb.binder import BoundQuery, bind
 from cgdb.catalog import merge
 from cgdb.errors import BindError, CgdbError, ExecuteError, did_you_mean
-from cgdb.executor import Executor, Profile
+from cgdb.executor import Executor, Profile, meanings_of
 from cgdb.explain import plan_text
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
@@ -127,6 +127,7 @@ def _executed(
 ) -> list[SceneRows]:
     parts = []
     for view in views:
+        view.degrees.expect(meanings_of(bound))
         executor = Executor(view, bound, budget, profile)
         parts.append(SceneRows(view=view, executor=executor, plan=made, rows=executor.rows(made)))
     return parts

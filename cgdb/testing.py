@@ -5,7 +5,7 @@ What ``~`` is worth depends on encoders and on calibration; a test of the langua
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -29,9 +29,10 @@ Given = Mapping[str, Mapping[ObjectId, float]]
 @contextmanager
 def store(*scenes: SceneGraph, degrees: Given | None = None) -> Iterator[Database]:
     """An open store in a temporary folder that holds these scenes; without an encoder, with degrees as given."""
-    with TemporaryDirectory(prefix="cgdb-test-") as folder, cgdb.open(
-        Path(folder) / "test.cgdb", create=True, text_encoder=None
-    ) as db:
+    with (
+        TemporaryDirectory(prefix="cgdb-test-") as folder,
+        cgdb.open(Path(folder) / "test.cgdb", create=True, text_encoder=None) as db,
+    ):
         if degrees is not None:
             give_degrees(db, degrees)
         for scene in scenes:
@@ -57,6 +58,9 @@ class GivenDegrees(Degrees):
         table = self._table(meaning)
         ids = self._view.column("id")
         return np.asarray([table.get(ids[position], 0.0) for position in positions.tolist()], np.float32)
+
+    def expect(self, meanings: Iterable[Meaning]) -> None:
+        """Nothing needs to be encoded."""
 
     def explain(self, meaning: Meaning, position: int) -> Mapping[str, Any]:
         """The given degree as the only evidence."""

@@ -50,6 +50,11 @@ class VectorIndex:
         self._lists = lists
 
     @property
+    def matrix(self) -> NDArray[np.float32]:
+        """(n, d) float32 the vectors, each of length 1 (or 0); not to be written to."""
+        return self._matrix
+
+    @property
     def dimension(self) -> int:
         """The length of each vector."""
         return int(self._matrix.shape[1])

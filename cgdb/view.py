@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,9 @@ from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
 from cgdb.texts import TextIndex
 from cgdb.vectors import VectorIndex
+
+CATCH_UP_BELOW = 4
+"""The graph index follows a change of up to a quarter of the scene; above, building it anew is as quick."""
 
 _GRAPH_COLUMNS = {
     "label": "label",
@@ -124,12 +128,36 @@ class SceneView:
         with self._lock:
             return self._artefacts.get(kind, self.info.id, self.info.revision, build)
 
-    def _build_graph(self, path: Any) -> Mapping[str, Any]:
-        return GraphIndex.build(
-            path, self._ledger.nodes(self.info), self._ledger.relations(self.info), self.catalog.columns
+    def _build_graph(self, path: Path) -> Mapping[str, Any]:
+        """Catch up from the index of an earlier revision where little has changed since, else build anew."""
+        columns = self.catalog.columns
+        made = self._caught_up(path, columns) or GraphIndex.build(
+            path, self._ledger.nodes(self.info), self._ledger.relations(self.info), columns
+        )
+        return {**made, "revision": self.info.revision}
+
+    def _caught_up(self, path: Path, columns: Mapping[str, str]) -> Mapping[str, Any] | None:
+        old = self._artefacts.previous(GraphIndex.kind(), self.info.id, self.info.revision)
+        if old is None or any(columns.get(name, kind) != kind for name, kind in old.meta["columns"].items()):
+            return None
+        changes = self._ledger.changes(self.info.id, old.meta["revision"], self.info.revision)
+        sources = {r.source for r in (*changes.relations_added, *changes.relations_removed)} | set(changes.added)
+        upserted = [*changes.added, *changes.changed]
+        if CATCH_UP_BELOW * (len(sources) + len(upserted) + len(changes.removed)) > len(self.columns.keys):
+            return None
+        rows = self._ledger.nodes_by_key(self.info, upserted)
+        relations = [r for r in self._ledger.relations_of(self.info, sources) if r.source in sources]
+        return GraphIndex.catch_up(
+            path,
+            old.path,
+            columns=columns,
+            removed=changes.removed,
+            nodes=iter([list(rows.values())]),
+            sources=sources,
+            relations=iter([relations]),
         )
 
-    def _build_texts(self, path: Any) -> Mapping[str, Any]:
+    def _build_texts(self, path: Path) -> Mapping[str, Any]:
         TextIndex.build(node for batch in self._ledger.nodes(self.info) for node in batch).save(path)
         return {}
 
@@ -165,7 +193,7 @@ class SceneView:
         kind = BUILT_IN.get(name) or self.catalog.properties.get(name)
         if name in ("center", "extent"):
             array = boxes.centers if name == "center" else boxes.extents
-            known = np.isfinite(array).all(axis=1)
+            known = np.asarray(np.isfinite(array).all(axis=1))
             return _objects([row if ok else None for row, ok in zip(array.tolist(), known.tolist(), strict=True)])
         if kind is None:
             return _objects([None] * len(self.columns.keys))

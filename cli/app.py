@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         _say("interrupted; nothing that was not finished has been written")
         return 130
-    except Exception as error:  # noqa: BLE001 -- the last resort: a bug becomes one line, and its trace on request
+    except Exception as error:
         if os.environ.get("CGDB_DEBUG"):
             raise
         _say(f"internal error: {type(error).__name__}: {error}\nhint: this is a bug in cgdb; CGDB_DEBUG=1 shows where")
@@ -57,7 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _say(text: str) -> None:
     # A terminal obeys control characters; names in an error may come from a stranger's map.
     shown = "".join(c if c in "\n\t" or c.isprintable() else "\ufffd" for c in text)
-    sys.stderr.write(shown.encode(sys.stderr.encoding or "utf-8", "replace").decode(sys.stderr.encoding or "utf-8") + "\n")
+    sys.stderr.write(
+        shown.encode(sys.stderr.encoding or "utf-8", "replace").decode(sys.stderr.encoding or "utf-8") + "\n"
+    )
 
 
 class _Parser(argparse.ArgumentParser):
@@ -126,7 +128,11 @@ def _importing(commands: Any) -> None:
     bring.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
     encode = _command(
-        commands, "encode", "importing:encode", "give captions and tags their vectors, where missing", "cgdb encode home.cgdb"
+        commands,
+        "encode",
+        "importing:encode",
+        "give captions and tags their vectors, where missing",
+        "cgdb encode home.cgdb",
     )
     encode.add_argument("store", metavar="STORE")
     encode.add_argument("--scene", help="of one scene only")
@@ -192,14 +198,20 @@ def _store(commands: Any) -> None:
     log.add_argument("store", metavar="STORE")
     log.add_argument("--json", action="store_true", help="as JSON")
 
-    diff = _command(commands, "diff", "stores:diff", "say what changed between two revisions", "cgdb diff home.cgdb 1 2")
+    diff = _command(
+        commands, "diff", "stores:diff", "say what changed between two revisions", "cgdb diff home.cgdb 1 2"
+    )
     diff.add_argument("store", metavar="STORE")
     diff.add_argument("a", type=int, help="the earlier revision")
     diff.add_argument("b", type=int, help="the later revision")
     diff.add_argument("--json", action="store_true", help="as JSON")
 
     check = _command(
-        commands, "check", "stores:check", "verify a store; exit code 1 when something is wrong", "cgdb check home.cgdb --repair"
+        commands,
+        "check",
+        "stores:check",
+        "verify a store; exit code 1 when something is wrong",
+        "cgdb check home.cgdb --repair",
     )
     check.add_argument("store", metavar="STORE")
     check.add_argument("--repair", action="store_true", help="build damaged indexes anew")
@@ -223,7 +235,11 @@ def _store(commands: Any) -> None:
     export.add_argument("--skip-damaged", action="store_true", help="leave out damaged rows instead of refusing")
 
     remove = _command(
-        commands, "remove", "stores:remove", "remove a scene; earlier revisions still show it", "cgdb remove home.cgdb kitchen"
+        commands,
+        "remove",
+        "stores:remove",
+        "remove a scene; earlier revisions still show it",
+        "cgdb remove home.cgdb kitchen",
     )
     remove.add_argument("store", metavar="STORE")
     remove.add_argument("scene", metavar="SCENE")

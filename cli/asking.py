@@ -89,7 +89,9 @@ def _footer(result: Result, shown: tuple[Row, ...]) -> str:
     if len(shown) < n:
         text += f", the first {len(shown)} shown (--all shows the rest; LIMIT asks for fewer)"
     fitting = sum(row.fits for row in result.rows)
-    return text + (", nothing fits: these are the nearest" if not fitting else f", {fitting:,} fit{'s' if fitting == 1 else ''}")
+    return text + (
+        ", nothing fits: these are the nearest" if not fitting else f", {fitting:,} fit{'s' if fitting == 1 else ''}"
+    )
 
 
 def _why(row: Row) -> None:
