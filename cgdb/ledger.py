@@ -286,8 +286,7 @@ class Ledger:
             try:
                 yield connection
             except BaseException:
-                # Not given back to the pool: after an interrupt nobody knows its state. Closing it rolls back.
-                connection.invalidate()
+                sqlite.abandon(connection)
                 raise
 
 

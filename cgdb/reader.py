@@ -227,7 +227,8 @@ def node_by_id(reading: Reading, info: SceneInfo, ident: str) -> NodeRow | None:
     if row is None:
         _prove_complete(reading, info, schema.nodes, "nodes", ident)
         return None
-    return verified("nodes", info.id, info.name, row)[1]
+    node: NodeRow = verified("nodes", info.id, info.name, row)[1]
+    return node
 
 
 def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list[RelationRow]:

@@ -6,9 +6,10 @@ from typing import Any
 
 from cgdb import reader
 from cgdb.history import SceneInfo
-from cgdb.reader import Cloud, Reading
+from cgdb.reader import Reading
 from cgdb.rows import NodeRow
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject, Vector
+from cgdb.verify import Cloud
 
 
 def read_scene_graph(

@@ -71,6 +71,19 @@ def writing(database: Engine) -> Connection:
     return database.connect().execution_options(cgdb_write=True)
 
 
+def abandon(connection: Connection) -> None:
+    """Undo what a transaction has done, and close its connection: after an interrupt nobody knows its state.
+
+    The rollback is said aloud, for closing alone does not free the lock: the traceback of an interrupt keeps the
+    cursor, the cursor its statement, and SQLite the transaction for as long as that statement lives.
+    """
+    raw = connection.connection.dbapi_connection if not connection.invalidated else None
+    if raw is not None:
+        with contextlib.suppress(sqlite3.Error):
+            raw.rollback()
+    connection.invalidate()
+
+
 def set_user_version(connection: Connection, version: int) -> None:
     """Note the format in the header of the file too, where tools that know no table of ours look."""
     connection.exec_driver_sql(f"PRAGMA user_version={int(version)}")
@@ -120,7 +133,9 @@ def translate(error: BaseException, path: Path, doing: str) -> CgdbError:
         return SceneError(f"a value is too large to be stored: {error}")
     name = str(getattr(error, "sqlite_errorname", "") or "")
     text = str(error)
-    if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or "malformed" in text or "Could not decode" in text:
+    # "no such": the statements are ours, so it is the stored schema that is wrong.
+    signs = ("malformed", "Could not decode", "no such table", "no such column")
+    if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or any(sign in text for sign in signs):
         return CorruptionError(
             f"{path}: the ledger is damaged ({text})",
             hint=f"`cgdb check {store}` tells what can still be read; restore the rest from a copy",

@@ -6,6 +6,7 @@ objects: an id that is not known yet is given its key at once, and at the end no
 
 from __future__ import annotations
 
+import contextlib
 import json
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -142,15 +143,8 @@ class SceneWriter:
         while batch := list(islice(stream, _RELATIONS)):
             for relation in batch:
                 check_relation(relation)
-            ends = [(rows.id_text(r.source), rows.id_text(r.target)) for r in batch]
-            self._find_keys({end for pair in ends for end in pair})
-            keys = self._keys
-            ready: dict[_Values, RelationPayload] = {}
-            for relation, (source, target) in zip(batch, ends, strict=True):
-                payload = rows.relation_payload(keys[source], keys[target], relation)
-                ready[payload[:4]] = payload
-            self._note_ends({key for payload in ready.values() for key in payload[:2]})
-            self._write_relations(list(ready.values()))
+            with _valid_texts(self.scene):
+                self._write_valid_relations(batch)
 
     def remove(self, ids: Iterable[ObjectId]) -> None:
         """Remove objects or places with their vectors, clouds and relations. SceneError for an id that is not there."""
@@ -167,6 +161,10 @@ class SceneWriter:
     # --- nodes -------------------------------------------------------------------------------------------------------
 
     def _write_nodes(self, batch: list[tuple[NodePayload, SceneObject | None]]) -> None:
+        with _valid_texts(self.scene):
+            self._write_valid_nodes(batch)
+
+    def _write_valid_nodes(self, batch: list[tuple[NodePayload, SceneObject | None]]) -> None:
         self._find_keys([payload[0] for payload, _ in batch])
         keys = [self._keys[payload[0]] for payload, _ in batch]
         for key, (payload, _) in zip(keys, batch, strict=True):
@@ -178,10 +176,7 @@ class SceneWriter:
         scene_id = self._scene_id
         wanted: dict[_Values, tuple[int, _Values]] = {}
         for key, (payload, _) in zip(keys, batch, strict=True):
-            try:
-                wanted[key,] = (rows.node_digest(scene_id, key, payload), payload)
-            except UnicodeEncodeError:
-                raise SceneError(f"#{payload[0]}: one of its texts is not valid text and cannot be stored") from None
+            wanted[key,] = (rows.node_digest(scene_id, key, payload), payload)
         before = self._labels(keys)
         for label in before.values():
             self._count(label, -1)
@@ -306,6 +301,18 @@ class SceneWriter:
                 self._next_key += 1
 
     # --- relations ---------------------------------------------------------------------------------------------------
+
+    def _write_valid_relations(self, batch: list[Relation]) -> None:
+        ends = [(rows.id_text(r.source), rows.id_text(r.target)) for r in batch]
+        # In the order of the batch: a map gets the same keys wherever and whenever it is imported.
+        self._find_keys([end for pair in ends for end in pair])
+        keys = self._keys
+        ready: dict[_Values, RelationPayload] = {}
+        for relation, (source, target) in zip(batch, ends, strict=True):
+            payload = rows.relation_payload(keys[source], keys[target], relation)
+            ready[payload[:4]] = payload
+        self._note_ends({key for payload in ready.values() for key in payload[:2]})
+        self._write_relations(list(ready.values()))
 
     def _note_ends(self, keys: set[int]) -> None:
         unknown = keys - self._written - self._pending
@@ -647,6 +654,16 @@ def _batches(objects: Iterable[SceneObject]) -> Iterator[list[SceneObject]]:
             size = 0
     if batch:
         yield batch
+
+
+@contextlib.contextmanager
+def _valid_texts(scene: str) -> Iterator[None]:
+    """Say which text of a map is none: half a surrogate pair, which JSON may hold and no database stores."""
+    try:
+        yield
+    except UnicodeEncodeError as error:
+        near = error.object[max(0, error.start - 20) : error.end + 20]
+        raise SceneError(f"scene '{scene}': a text holds what is not valid text: {near!r}") from None
 
 
 _Item = TypeVar("_Item")
