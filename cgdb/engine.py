@@ -9,6 +9,7 @@ import contextlib
 import importlib
 import os
 import re
+import sys
 import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -140,11 +141,18 @@ class Store:
 
 
 def engine(name: str | None = None) -> Engine:
-    """The engine that ``name`` or the environment variable CGDB_GRAPH_ENGINE asks for; else the first installed."""
+    """The engine that ``name`` or the environment variable CGDB_GRAPH_ENGINE asks for; else the first installed.
+
+    A process has one engine: the two cannot be loaded together.
+    """
     asked = name or os.environ.get(CHOICE) or ""
     if asked and asked not in ENGINES:
         raise UsageError(f"there is no graph engine '{asked}'", hint=f"{CHOICE} is one of {one_of(ENGINES)}")
-    for candidate in (asked,) if asked else ENGINES:
+    loaded = next((e for e in ENGINES if e in sys.modules), None)
+    if asked and loaded and asked != loaded:
+        # Both register native types of the same names: the second import fails or ends the process.
+        raise UsageError(f"this process has loaded the graph engine '{loaded}' and cannot load '{asked}' too")
+    for candidate in (asked or loaded,) if asked or loaded else ENGINES:
         try:
             module = importlib.import_module(candidate)
         except ImportError:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.engine import Engine, Store, engine
-from cgdb.errors import ExecuteError, StoreError
+from cgdb.errors import ExecuteError, StoreError, did_you_mean
 from cgdb.readonly import check_read_only
 
 if TYPE_CHECKING:
@@ -117,10 +117,12 @@ class GraphIndex:
         _check_columns(columns)
         with _writing(path) as (store, folder):
             store.execute(f"CREATE NODE TABLE Node({_declared(_node_types(columns))}, PRIMARY KEY(key))")
+            cells = _NodeCells(columns)
             node_file = _CsvFile(folder / "nodes.csv", _node_types(columns))
-            n_nodes = node_file.write([_node_cells(row, columns) for row in batch] for batch in nodes)
+            n_nodes = node_file.write([cells(row) for row in batch] for batch in nodes)
             if n_nodes:
                 store.execute(f"COPY Node FROM ({node_file.loading()} RETURN {node_file.returned()})")
+            cells.finish(store)
             relation_file = _CsvFile(folder / "relations.csv", _RELATION)
             n_relations = relation_file.write([_relation_cells(row) for row in batch] for batch in relations)
             _create_relations(store, relation_file, n_relations)
@@ -175,18 +177,26 @@ class GraphIndex:
             dropped = _CsvFile(folder / "dropped.csv", {"key": "INT64"})
             if dropped.write([[(key,) for key in gone]]):
                 store.execute(f"{dropped.loading()} MATCH (n:Node) WHERE n.key = key DELETE n")
+            cells = _NodeCells(columns)
             changed = _CsvFile(folder / "nodes.csv", types)
-            if changed.write([_node_cells(row, columns) for row in batch] for batch in nodes):
+            if changed.write([cells(row) for row in batch] for batch in nodes):
                 renamed = ", ".join(f"{changed.value(name)} AS {name}_" for name in types)
                 values = ", ".join(f"n.{name} = {name}_" for name in types if name != "key")
                 store.execute(f"{changed.loading()} WITH {renamed} MERGE (n:Node {{key: key_}}) SET {values}")
+            cells.finish(store)
             _create_relations(store, added, n_relations)
             n_nodes = store.execute("MATCH (n:Node) RETURN count(*)")[2][0][0]
         return {"nodes": n_nodes, "relations": n_relations, "columns": dict(columns)}
 
     def run(self, cypher: str, parameters: Mapping[str, Any] | None = None, *, timeout_s: float | None = None) -> Table:
         """The answer to a statement that reads, whoever wrote it; see :mod:`cgdb.readonly` for what it may say."""
-        check_read_only(cypher)
+        parameters = parameters or {}
+        wanted = check_read_only(cypher)
+        # One engine takes a parameter that is missing for NULL and passes over one too many.
+        for name in sorted(wanted - parameters.keys()):
+            raise ExecuteError(f"parameter ${name} is not given", hint=did_you_mean(name, parameters))
+        for name in sorted(parameters.keys() - wanted):
+            raise ExecuteError(f"the statement has no parameter ${name}", hint=did_you_mean(name, wanted))
         names, types, rows = self._store.execute(cypher, parameters, timeout_s=timeout_s)
         data = tuple(_column([row[i] for row in rows], kind) for i, kind in enumerate(types))
         return Table(columns=tuple(names), data=data)
@@ -265,8 +275,7 @@ class _CsvFile:
         def items(value: Any) -> str:
             if value is None:
                 return ""
-            # Every item is led by a mark: the engine's string_split forgets items that are empty.
-            return text(token.join([f"={item}" for item in value]))
+            return text(token.join([str(item) for item in value]))
 
         kinds = {"STRING": text, "STRING[]": items, "DOUBLE": _number, "INT64": _integer, "BOOL": _truth}
         return [kinds[kind] for kind in self.types.values()]
@@ -283,10 +292,8 @@ class _CsvFile:
         if kind == "STRING":
             return f"CASE WHEN {name} = '{token}' THEN '' ELSE {name} END"
         if kind == "STRING[]":
-            split = f"list_transform(string_split({name}, '{token}'), x -> substring(x, 2, size(x)))"
-            return (
-                f"CASE WHEN {name} IS NULL THEN NULL WHEN {name} = '{token}' THEN CAST([] AS STRING[]) ELSE {split} END"
-            )
+            split = f"string_split({name}, '{token}')"
+            return f"CASE WHEN {name} = '{token}' THEN CAST([] AS STRING[]) ELSE {split} END"
         return name
 
     def returned(self) -> str:
@@ -346,14 +353,34 @@ def _check_columns(columns: Mapping[str, str]) -> None:
             raise ExecuteError(f"property '{name}' cannot be indexed as {kind}")
 
 
-def _node_cells(row: NodeRow, columns: Mapping[str, str]) -> list[Any]:
-    center = (None, None, None) if row.center is None else row.center.tolist()
-    extent = (None, None, None) if row.extent is None else row.extent.tolist()
-    cells = [row.key, row.id, row.label, row.tag, row.caption, row.confidence, row.n_observations, *center, *extent]
-    if columns:
-        get = row.properties.get
-        cells += [_property(get(name), kind) for name, kind in columns.items()]
-    return cells
+class _NodeCells:
+    """What each node has in each column. Lists with an empty item are set one by one in the end, by :meth:`finish`.
+
+    The engine's string_split forgets empty items. Putting a mark before each, and taking it off by list_transform,
+    ends the process: that function overruns its memory where 2,048 rows hold more than 4,096 items (both engines).
+    """
+
+    def __init__(self, columns: Mapping[str, str]) -> None:
+        self.columns = columns
+        self.blank: list[tuple[int, str, list[str]]] = []
+
+    def __call__(self, row: NodeRow) -> list[Any]:
+        center = (None, None, None) if row.center is None else row.center.tolist()
+        extent = (None, None, None) if row.extent is None else row.extent.tolist()
+        cells = [row.key, row.id, row.label, row.tag, row.caption, row.confidence, row.n_observations]
+        cells += [*center, *extent]
+        for name, kind in self.columns.items():
+            value = _property(row.properties.get(name), kind)
+            if kind == "STRING[]" and value is not None and "" in value:
+                self.blank.append((row.key, property_column(name), [_SURROGATE.sub("\ufffd", str(v)) for v in value]))
+                value = None
+            cells.append(value)
+        return cells
+
+    def finish(self, store: Store) -> None:
+        """Set the lists that could not be loaded."""
+        for key, column, items in self.blank:
+            store.execute(f"MATCH (n:Node) WHERE n.key = $key SET n.{column} = $items", {"key": key, "items": items})
 
 
 def _property(value: Any, kind: str) -> Any:

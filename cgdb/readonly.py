@@ -3,8 +3,9 @@
 A file opened read-only is not enough. Measured on kuzu 0.11.3 and ladybug 0.22.0: a read-only connection still carries
 out COPY ... TO and EXPORT (they write files), LOAD FROM (reads files), INSTALL and LOAD (network, native code) and
 CALL name=value (settings). And some harmless-looking texts end or stall the process: 1,000 nested brackets or a sum of
-10,000 terms overflow the native stack; range() and lpad() build their whole answer before any time-out is looked at.
-So a statement is read by the engines' own lexical rules and must consist of what is known to be safe.
+10,000 terms overflow the native stack; range() and lpad() build their whole answer before any time-out is looked at;
+any(x IN list WHERE ...) over some thousand rows overruns memory. So a statement is read by the engines' own lexical
+rules and must consist of what is known to be safe.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ OUTSIDE = frozenset(
     )
 )
 UNBOUNDED = frozenset(("RANGE", "REPEAT", "LPAD", "RPAD", "NEXTVAL", "SETSEED"))
+OVERRUNS = frozenset(("ANY", "NONE", "SINGLE", "LIST_TRANSFORM", "LIST_FILTER", "LIST_REDUCE"))
 LONGEST = 100_000
 MOST_TOKENS = 2_000
 DEEPEST = 32
@@ -74,8 +76,11 @@ _TOKEN = re.compile(
 )
 
 
-def check_read_only(statement: str) -> None:
-    """Raise ExecuteError, with the place, unless the statement only reads the graph index; LimitError if outsized."""
+def check_read_only(statement: str) -> frozenset[str]:
+    """Raise ExecuteError, with the place, unless the statement only reads the graph index; LimitError if outsized.
+
+    Returns the names of its parameters.
+    """
     if len(statement) > LONGEST:
         raise LimitError(f"the statement is longer than {LONGEST:,} characters")
     tokens = _tokens(statement)
@@ -108,11 +113,14 @@ def check_read_only(statement: str) -> None:
             raise _refused(statement, token, "one statement at a time", None)
         elif kind == "word":
             _check_word(statement, token)
+            if text.upper() == "ALL" and following == "(":
+                raise _refused(statement, token, "all() is not available: it crashes the engine", "UNWIND the list")
             if text.upper() == "CALL":
                 called = tokens[place + 1] if place + 1 < len(tokens) else token
                 after = tokens[place + 2][1] if place + 2 < len(tokens) else ""
                 if called[1].upper() not in CALLABLE or after != "(":
                     raise _refused(statement, called, "only a few things can be called", "they are " + one_of(CALLABLE))
+    return frozenset(text[1:] for kind, text, _ in tokens if kind == "parameter")
 
 
 def _tokens(statement: str) -> list[tuple[str, str, int]]:
@@ -137,6 +145,8 @@ def _check_word(statement: str, token: tuple[str, str, int]) -> None:
         raise _refused(statement, token, f"{word} would change the graph index: it is only read", "change the ledger")
     if word in OUTSIDE:
         raise _refused(statement, token, f"{word} would reach outside of the graph index", None)
+    if word in OVERRUNS:
+        raise _refused(statement, token, f"{word.lower()}() is not available: it crashes the engine", "UNWIND the list")
     if word in UNBOUNDED:
         raise _refused(
             statement, token, f"{word.lower()}() is not available: nothing bounds what it takes", "use a parameter"
