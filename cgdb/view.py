@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import columns
+from cgdb import background, columns
 from cgdb.artefacts import Artefact, Artefacts
 from cgdb.bindings import Positions
 from cgdb.catalog import BUILT_IN, Catalog
@@ -22,7 +22,7 @@ from cgdb.graph import GraphIndex, property_column
 from cgdb.ledger import Ledger, NodeRow, SceneInfo
 from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
-from cgdb.texts import TextIndex
+from cgdb.texts import FORMAT, TextIndex
 from cgdb.vectors import VectorIndex
 
 CATCH_UP_BELOW = 4
@@ -94,7 +94,8 @@ class SceneView:
     @cached_property
     def texts(self) -> TextIndex:
         """The texts of all nodes and the words in them."""
-        return TextIndex.open(self._index("texts", self._build_texts).path)
+        # Named after the table of everyday things that it was made with: another table wants another index.
+        return TextIndex.open(self._index(f"texts-{FORMAT}-{background.version()}", self._build_texts).path)
 
     def space(self, name: str) -> FeatureSpace:
         """A feature space of the scene by name; BindError with the nearest name where there is none."""
