@@ -1,1 +1,4 @@
-"""CGQL: query text to tree and back. Modules in the order of the flow: cgql.lark, ast, parser, printer."""
+"""CGQL: query text to tree and back. In the order of the flow: cgql.lark, ast, machine, build, parser, printer.
+
+Beside the flow: tables (made of cgql.lark by generate), limits, mistakes (messages), completion, highlight.
+"""

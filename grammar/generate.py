@@ -29,8 +29,8 @@ def module(grammar: str) -> str:
 
     lark = Lark(grammar, parser="lalr", start=list(STARTS), keep_all_tokens=True)
     # debug: the states keep their items, which say what a name would stand for in each.
-    analysis = LALR_Analyzer(lark.parser.parser_conf, debug=True)  # type: ignore[attr-defined]
-    analysis.compute_lalr()
+    analysis = LALR_Analyzer(lark.parser.parser_conf, debug=True)
+    analysis.compute_lalr()  # type: ignore[no-untyped-call]
     table = analysis.parse_table
 
     shown: dict[str, str] = {"$END": "end"}

@@ -31,8 +31,8 @@ def check_text(text: str, *, script: bool = False) -> None:
             source=text,
         )
     if "\0" in text:
-        place = text.index("\0")
-        raise ParseError("the character NUL cannot stand in a statement", span=Span(place, place + 1), source=text)
+        at = text.index("\0")
+        raise ParseError("the character NUL cannot stand in a statement", span=Span(at, at + 1), source=text)
     if not text.isascii():
         try:
             text.encode("utf-8")

@@ -124,6 +124,9 @@ def _scanner() -> re.Pattern[str]:
     pattern["SIGN"] = "|".join(map(re.escape, signs))
     # Whole words only: 5inside is a number and a word, where the grammar alone, without look-around, would see 5in.
     pattern["INCHES"] += r"(?!\w)"
+    # People write (a) - [:on] -> (b) too.
+    pattern["EDGE"] = r"-[ \t\r\n]*\["
+    pattern["EDGE_IN"] = r"<-[ \t\r\n]*\["
     pattern["end"] = r"\Z"
     pattern["open"] = r"[\"'`][^\n]*"
     pattern["unknown"] = r"(?s:.)"

@@ -1,16 +1,30 @@
-"""Query text -> tree: ``parse``, ``parse_script`` and ``parse_condition``."""
+"""Query text -> tree: ``parse``, ``parse_script`` and ``parse_condition``; and what completion and colours need.
+
+The grammar is cgql.lark. Its LALR(1) tables are run here by one loop, which makes the tree as it goes: no parse tree
+between, no recursion, and an effort that grows with the length of the text alone.
+"""
 
 from __future__ import annotations
 
 from functools import cache
+from importlib.resources import files
 from typing import Any, cast
 
 from cgdb.errors import ParseError
 from cgdb.grammar import ast
 from cgdb.grammar.build import BUILD
+from cgdb.grammar.completion import Expected, expected
+from cgdb.grammar.highlight import tokens
 from cgdb.grammar.limits import MAX_DEPTH, check_text, check_tree
 from cgdb.grammar.machine import GROUPS, machine
 from cgdb.grammar.mistakes import mistake
+
+__all__ = ["Expected", "expected", "grammar", "parse", "parse_condition", "parse_script", "tokens"]
+
+
+def grammar() -> str:
+    """The text of cgql.lark, for model servers that constrain their output by a Lark grammar."""
+    return files("cgdb.grammar").joinpath("cgql.lark").read_text(encoding="utf-8")
 
 
 def parse(text: str) -> ast.Query:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from cgdb.grammar import ast
 from cgdb.grammar.machine import KEYWORDS
 
-# Letters of several scripts, quotes, escapes, control characters, beyond U+FFFF: everything but NUL and half characters.
+# Every script, quotes, control characters, beyond U+FFFF: all but NUL and half characters.
 characters = st.characters(exclude_characters="\0", exclude_categories=["Cs"])
 texts_ = st.text(characters, max_size=12)
 words = st.one_of(
