@@ -205,6 +205,20 @@ def _bare_node(place: Place) -> Slip | None:
     return None
 
 
+def _half_keyword(place: Place) -> Slip | None:
+    halves = {"ORDER": "BY", "RERANK": "BY", "STARTS": "WITH"}
+    second = halves.get(place.last())
+    if second is None or place.fits != {second}:
+        return None
+    return f"found {_shown(place.token)} where {second} is expected", f"it is written {place.last()} {second}"
+
+
+def _property_in_pattern(place: Place) -> Slip | None:
+    if place.token.text == "." and place.last() == "NAME" and place.last(2) == "(" and "{" in place.fits:
+        return "found '.' in a node", "a node is (o) or (o {name: 'x'}); other conditions on o.name stand in WHERE"
+    return None
+
+
 def _property_sign(place: Place) -> Slip | None:
     if place.token.text == "=" and place.fits == {":"}:
         return "found '=' in the properties of a node", "they are written {name: 'x'}; other comparisons stand in WHERE"
@@ -304,7 +318,9 @@ def _arrow(place: Place) -> Slip | None:
         return "this edge points both ways", "write -[...]- for an edge either way"
     if place.fits & EDGES and last == ")" and sign in ("->", "<-", "-", "<", ">", "=", "["):
         return f"found '{sign}' after a node", way
-    if (last == "-" and sign == ">") or (place.fits & {"("} and last in ("->", "-") and sign in (">", "-", "[")):
+    if (last == "-" and sign == ">") or (
+        place.fits & {"("} and last in ("->", "-", *EDGES) and sign in (">", "-", "[")
+    ):
         return f"found '{sign}'", way
     if sign == "->" and place.fits & {"AND", "RETURN"}:
         return "found '->'", way
@@ -452,6 +468,8 @@ SLIPS: tuple[Callable[[Place], Slip | None], ...] = (
     _keyword_as_name,
     _similar_side,
     _second_comparison,
+    _half_keyword,
+    _property_in_pattern,
     _property_sign,
     _bare_node,
     _words_of_a_name,
@@ -537,9 +555,9 @@ def _expected(place: Place) -> str:
     return _either(listed[:6])
 
 
-def _importance(word: str) -> int:
-    order = ("MATCH", "WHERE", "RETURN", "AND", "OR", "ORDER", "LIMIT")
-    return order.index(word) if word in order else len(order)
+def _importance(word: str) -> tuple[int, str]:
+    order = ("MATCH", "WHERE", "RETURN", "AND", "OR", "ORDER", "LIMIT", "AS")
+    return (order.index(word) if word in order else len(order), word)
 
 
 def _either(listed: Iterable[str]) -> str:
