@@ -253,11 +253,9 @@ class _FolderError(Exception):
 def _safe(kind: str) -> str:
     """A file name part for any kind: kinds that differ keep differing, where names ignore case too."""
     plain = re.sub(r"[^a-z0-9_-]", "_", kind)[:60]
-    return (
-        plain
-        if plain == kind
-        else f"{plain}-{hashlib.blake2b(kind.encode('utf-8', 'replace'), digest_size=6).hexdigest()}"
-    )
+    if plain and plain == kind:
+        return plain
+    return f"{plain}-{hashlib.blake2b(kind.encode('utf-8', 'replace'), digest_size=6).hexdigest()}"
 
 
 def _maker() -> str:

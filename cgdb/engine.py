@@ -152,7 +152,8 @@ def engine(name: str | None = None) -> Engine:
     if asked and loaded and asked != loaded:
         # Both register native types of the same names: the second import fails or ends the process.
         raise UsageError(f"this process has loaded the graph engine '{loaded}' and cannot load '{asked}' too")
-    for candidate in (asked or loaded,) if asked or loaded else ENGINES:
+    only = asked or loaded
+    for candidate in (only,) if only else ENGINES:
         try:
             module = importlib.import_module(candidate)
         except ImportError:
