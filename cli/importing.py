@@ -63,13 +63,15 @@ def _import_one(db: cgdb.Database, path: str, options: Namespace, progress: Prog
     if options.quiet:
         return
     for line in warnings[:5]:
-        progress.console.print(f"note: {render.clean(line)}", markup=False)
+        progress.console.print(f"note: {render.clean(line)}", markup=False, soft_wrap=True)
     if len(warnings) > 5:
         progress.console.print(f"note: and {len(warnings) - 5} more like it", markup=False)
     seconds = time.perf_counter() - started
     what = "nothing new" if revision is None else f"revision {revision}"
     progress.console.print(
-        f"{path} ({found}): scene '{render.clean(name)}', {count:,} objects, {what}, {seconds:.1f} s", markup=False
+        f"{path} ({found}): scene '{render.clean(name)}', {count:,} objects, {what}, {seconds:.1f} s",
+        markup=False,
+        soft_wrap=True,
     )
 
 

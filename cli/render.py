@@ -26,7 +26,9 @@ def console(*, stderr: bool = False) -> Console:
 
 
 def write(text: str) -> None:
-    """Data to stdout, in UTF-8 whatever the locale says."""
+    """Data to stdout, in UTF-8 whatever the locale says; a terminal gets no control characters."""
+    if sys.stdout.isatty():
+        text = "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
     sys.stdout.buffer.write(text.encode("utf-8", "replace"))
     sys.stdout.buffer.write(b"\n")
     sys.stdout.flush()

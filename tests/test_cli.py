@@ -1,0 +1,213 @@
+"""The command line as a person or a script uses it: what goes to stdout, what to stderr, and the exit codes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cgdb.cli.app import main
+
+ROOT = Path(__file__).parents[1]
+FLAT = ROOT / "cli" / "flat.json"
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("cli") / "flat.cgdb"
+    assert main(["import", str(FLAT), "--into", str(path), "--no-encode", "--quiet"]) == 0
+    return str(path)
+
+
+def test_import_says_what_it_did_on_stderr(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(FLAT), "--into", str(tmp_path / "a.cgdb"), "--no-encode"]) == 0
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "90 objects, revision 1" in err
+
+
+def test_importing_twice_asks_what_to_do(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(FLAT), "--into", store]) == 6
+    assert "there is a scene 'flat' already" in capfd.readouterr().err
+    assert main(["import", str(FLAT), "--into", store, "--on-existing", "replace", "--no-encode"]) == 0
+    assert "nothing new" in capfd.readouterr().err
+
+
+QUERY = "MATCH (o) WHERE o.tag = 'sofa' RETURN o.id AS id, o.caption AS caption"
+
+
+def test_every_format_holds_the_same_rows(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    def run(form: str) -> str:
+        assert main(["query", store, QUERY, "--format", form]) == 0
+        return capfd.readouterr().out
+
+    (record,) = json.loads(run("json"))
+    assert record["id"] == 1
+    assert record["fits"] is True
+    assert json.loads(run("jsonl")) == record
+    (row,) = csv.DictReader(io.StringIO(run("csv")))
+    assert row["caption"] == record["caption"]
+    assert run("markdown").splitlines()[0] == "| id | caption | score | fits |"
+    assert record["caption"][:30] in run("table")
+
+
+def test_parameters_are_typed(store: str, capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert (
+        main(["query", store, "MATCH (o) WHERE o.id IN $ids RETURN o.id", "-p", "ids=[1,2]", "--format", "json"]) == 0
+    )
+    assert [row["o.id"] for row in json.loads(capfd.readouterr().out)] == [1, 2]
+    assert main(["query", store, "MATCH (o {tag: $t}) RETURN o.id", "-p", "t=sofa", "--format", "json"]) == 0
+    assert [row["o.id"] for row in json.loads(capfd.readouterr().out)] == [1]
+
+
+def test_why_is_told_on_request(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["query", store, "MATCH (c)-[:on]->(s {tag: 'sofa'}) RETURN c LIMIT 1", "--why"]) == 0
+    assert "on #1 sofa: 1.00 (origin human)" in capfd.readouterr().out
+
+
+def test_export_to_stdout_is_the_planner_json(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", store, "--format", "planner"]) == 0
+    records = json.loads(capfd.readouterr().out)
+    assert list(records[0]) == ["id", "bbox_extent", "bbox_center", "object_tag", "caption"]
+
+
+def test_info_log_diff_check(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", store, "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["scenes"][0]["objects"] == 90
+    assert main(["log", store, "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)[0]["kind"] == "import"
+    assert main(["diff", store, "0", "1", "--json"]) == 0
+    assert len(json.loads(capfd.readouterr().out)["flat"]["added"]) == 95
+    assert main(["check", store]) == 0
+    assert "sound" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["query", "{store}", "MATCH (o) RETRN o"], 3, "RETURN"),
+        (["query", "{store}", "MATCH (o)-[:ontop]->(p) RETURN o"], 3, "no relation 'ontop'"),
+        (["query", "{store}", "MATCH (o) RETURN o.colour"], 3, "did you mean 'color'?"),
+        (["query", "{store}", "MATCH (o ~ $x) RETURN o"], 3, "parameter $x was not given"),
+        (["query", "{store}", "USE 'flot' MATCH (o) RETURN o"], 6, "did you mean 'flat'?"),
+        (["query", "{store}", "MATCH (o) RETURN o", "-p", "x"], 2, "NAME=VALUE"),
+        (["query", "{tmp}/none.cgdb", "MATCH (o) RETURN o"], 6, "does not exist"),
+        (["query", "{flat}", "MATCH (o) RETURN o"], 6, "is a file, not a store"),
+        (["import", "{tmp}/none.json", "--into", "{tmp}/new.cgdb"], 2, "does not exist"),
+        (["import", "{tmp}/empty.json", "--into", "{tmp}/new.cgdb"], 5, "empty"),
+        (["search", "{store}", "@{tmp}/none.npy"], 2, "cannot be read"),
+        (["search", "{store}", "cup", "--space", "clip"], 3, "no feature space 'clip'"),
+        (["export", "{store}", "flot"], 6, "did you mean 'flat'?"),
+        (["export", "{store}", "--format", "grphml"], 5, "did you mean 'graphml'?"),
+        (["quary", "{store}"], 2, "did you mean 'query'?"),
+        (["query", "{store}", "MATCH (a), (b), (c), (d) RETURN a"], 4, "combinations"),
+    ],
+)
+def test_bad_input_is_one_clear_error(
+    store: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], arguments: list[str], code: int, words: str
+) -> None:
+    (tmp_path / "empty.json").touch()
+    filled = [a.format(store=store, tmp=tmp_path, flat=FLAT) for a in arguments]
+    assert main(filled) == code
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert words in err
+    assert "Traceback" not in err
+    assert not (tmp_path / "new.cgdb" / "index").exists()
+
+
+def test_an_empty_store_says_so(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    import cgdb
+
+    cgdb.open(tmp_path / "e.cgdb", create=True).close()
+    assert main(["query", str(tmp_path / "e.cgdb"), "MATCH (o) RETURN o"]) == 6
+    assert "holds no scenes" in capfd.readouterr().err
+
+
+def test_a_missing_package_names_the_pip_line(store: str) -> None:
+    code = (
+        "import sys; sys.modules['tokenizers'] = None\n"
+        f"from cgdb.cli.app import main; sys.exit(main(['query', {store!r}, 'MATCH (o ~ \"sofa\") RETURN o LIMIT 1']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "pip install" in done.stderr
+    assert "#1 sofa" in done.stdout
+
+
+def test_a_closed_pipe_is_no_error(store: str) -> None:
+    command = f"{sys.executable} -m cgdb.cli.app query {store} 'MATCH (o) RETURN o' --format jsonl | head -n 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert len(done.stdout.splitlines()) == 1
+
+
+def test_control_characters_of_a_map_do_not_reach_the_terminal(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    evil = tmp_path / "evil.json"
+    evil.write_text(json.dumps([{"id": 1, "tag": "cup\u001b[2J", "caption": "\u001b]0;owned\u0007 red\u202ecup"}]))
+    store = str(tmp_path / "evil.cgdb")
+    assert main(["import", str(evil), "--into", store, "--no-encode"]) == 0
+    assert main(["query", store, "MATCH (o) RETURN o"]) == 0
+    assert main(["info", store]) == 0
+    text = "".join(capfd.readouterr())
+    assert not {"\u001b", "\u0007", "\u202e"} & set(text)
+
+
+def test_a_bug_is_one_line_too(store: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    import cgdb.cli.asking
+
+    def broken(options: object) -> int:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(cgdb.cli.asking, "query", broken)
+    monkeypatch.delenv("CGDB_DEBUG", raising=False)
+    assert main(["query", store, "MATCH (o) RETURN o"]) == 70
+    assert "internal error: ZeroDivisionError" in capfd.readouterr().err
+
+
+def test_ctrl_c_while_importing_leaves_nothing(tmp_path: Path) -> None:
+    import signal
+    import time
+
+    big = tmp_path / "big.jsonl"
+    with big.open("w") as file:
+        for i in range(60_000):
+            file.write(
+                json.dumps(
+                    {
+                        "id": i,
+                        "tag": f"thing {i}",
+                        "bbox_center": [i % 100, i // 100, 0],
+                        "bbox_extent": [0.5, 0.5, 0.5],
+                    }
+                )
+            )
+            file.write("\n")
+    store = tmp_path / "big.cgdb"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cgdb.cli.app", "import", str(big), "--into", str(store)],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    deadline = time.monotonic() + 20
+    while not (store / "ledger.sqlite").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    import cgdb
+
+    with cgdb.open(store) as db:
+        assert db.scenes() == ()
+        assert db.check() == ()
