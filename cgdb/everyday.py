@@ -107,7 +107,7 @@ smoke detector, smoke alarm, fire alarm, alarm, sprinkler, carbon monoxide detec
 fire extinguisher | safety equipment | medium middling rigid metal | put out a fire
 safety equipment | | rigid | stay safe in an emergency
 elevator, lift, escalator | structure | huge heavy rigid metal | go up to another floor
-light source, lighting | | electric | light up the room, see in the dark
+light source, light, lighting | | electric | light up the room, see in the dark
 lamp, table lamp, desk lamp, bedside lamp, reading lamp | light source | medium light rigid electric | read by in the
     evening
 floor lamp, standing lamp | lamp | large middling rigid electric | light up a corner of the room
@@ -580,8 +580,8 @@ train, tram, subway | vehicle | huge heavy rigid metal | travel by rail
 tire, wheel | vehicle part | medium heavy firm rubber | roll on
 vehicle part | | medium heavy rigid |
 building, house, shed, garage, cottage | structure | huge heavy rigid | live in
-room, living room, bedroom, kitchen, bathroom, office, hallway, corridor, room corner, conference room, meeting room,
-    space | structure | huge heavy fixed | be in
+room, living room, bedroom, kitchen, bathroom, office, hallway, corridor, room corner, conference room, meeting room |
+    structure | huge heavy fixed | be in
 stone, rock, brick, pebble, boulder, concrete block, paperweight | | small heavy rigid stone | build a wall with
 log, firewood, wood, stick, branch | | medium middling rigid wood | make a fire with
 sand, soil, dirt, gravel | | heavy | fill a sandpit

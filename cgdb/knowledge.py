@@ -10,6 +10,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,27 +24,28 @@ Floats = NDArray[np.float32]
 YES, MOSTLY, UNKNOWN, KIN, NO = 0.95, 0.8, 0.35, 0.15, 0.05
 """Degrees of a fact of the table: said outright, nearly so, not told, a sister kind, said otherwise."""
 
+Form = Literal["kind", "name", "use", "traits"]
+
 LONGEST_NAME = 4
 """Words in the longest name of a thing or trait."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facets:
-    """What a text asks: things (indices) of which it must be one kind, traits it must have, what is left over.
+    """What a text asks.
+
+    form: what it is mostly about: a "kind" of thing that the table has, a "name" that it lacks ("IKEA"), a "use", or
+    nothing but "traits". kinds: things (indices) of which it must be one kind, traits it must have, what is left over.
 
     rest: the text that neither names a kind nor a trait and has to be matched by meaning; None where nothing is left.
     arguments: things that the use is done to ("take a laptop apart"): mentioned, and not what is looked for.
     """
 
-    kinds: tuple[int, ...]
-    traits: tuple[int, ...]
-    rest: str | None
+    form: Form
+    kinds: tuple[int, ...] = ()
+    traits: tuple[int, ...] = ()
+    rest: str | None = None
     arguments: tuple[int, ...] = ()
-
-    @property
-    def form(self) -> str:
-        """What the question is mostly about: a "kind", a "use", or nothing but "traits"."""
-        return "kind" if self.kinds else "use" if self.rest or not self.traits else "traits"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,6 +67,7 @@ class Knowledge:
     uses: tuple[str, ...]
     use_of: NDArray[np.int32]
     use_words: Mapping[str, tuple[int, ...]]
+    verbs: frozenset[str]
     thing_by_name: Mapping[tuple[str, ...], tuple[int, ...]]
     trait_by_name: Mapping[tuple[str, ...], int]
     version: str
@@ -143,8 +146,10 @@ class Knowledge:
                 if not left:
                     traits.extend(said)
         if kinds or traits:
-            return Facets(kinds=tuple(dict.fromkeys(kinds)), traits=tuple(dict.fromkeys(traits)), rest=None)
-        return Facets(kinds=(), traits=(), rest=text)
+            form: Form = "kind" if kinds else "traits"
+            return Facets(form=form, kinds=tuple(dict.fromkeys(kinds)), traits=tuple(dict.fromkeys(traits)))
+        verb = bool(words) and stem(words[0]) in self.verbs
+        return Facets(form="use" if verb else "name", rest=text, arguments=self._arguments(words) if verb else ())
 
     def describe(self, facets: Facets) -> dict[str, object]:
         """The facets for a person: {"kind": [...], "traits": [...], "use": text}, without the empty ones."""
@@ -176,7 +181,7 @@ class Knowledge:
         rest = words[at:]
         informative = [w for w in rest if w not in FUNCTION_WORDS]
         return Facets(
-            kinds=(),
+            form="use" if informative or not traits else "traits",
             traits=tuple(dict.fromkeys(traits)),
             rest=" ".join(rest) if informative else None,
             arguments=self._arguments(rest),
@@ -221,15 +226,16 @@ class Knowledge:
 
         usual: (n,) NaN where nothing is known. A stated trait of the same scale decides.
         """
-        best = np.zeros(len(stated), dtype=np.float32)
-        told = np.zeros(len(stated), dtype=bool)
-        for other in range(len(self.traits)):
-            alike = self.alike[trait, other]
-            if np.isfinite(alike):
-                says = (stated >> np.uint64(other)) & np.uint64(1) == 1
-                told |= says
-                best = np.where(says, np.maximum(best, alike), best)
-        return np.where(told, best, usual).astype(np.float32)
+        others = np.flatnonzero(np.isfinite(self.alike[trait])).tolist()
+        about = np.uint64(sum(1 << other for other in others))
+        told = np.flatnonzero(stated & about)
+        degree = usual.copy()
+        best = np.zeros(len(told), dtype=np.float32)
+        for other in others:
+            says = stated[told] & np.uint64(1 << other) != 0
+            np.maximum(best, np.where(says, self.alike[trait, other], np.float32(0.0)), out=best)
+        degree[told] = best
+        return degree
 
 
 _DAMPED = {
@@ -309,6 +315,7 @@ def knowledge() -> Knowledge:
         alike=alike,
         uses=uses,
         use_words=_use_words(uses),
+        verbs=frozenset(stem(use.split()[0]) for use in uses),
         use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,

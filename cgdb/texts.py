@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError
 from cgdb.knowledge import knowledge
-from cgdb.words import WordIndex, pack_strings, parse, unpack_strings
+from cgdb.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
 FORMAT = 1
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
@@ -90,13 +90,14 @@ class Facts:
 class TextIndex:
     """All texts of one scene and the words in them.
 
-    keys: (n,) int64 ascending, every node. texts: distinct strings; the first n_encoded of them are to be given
-    vectors. indptr: (n + 1,) int64, text_ids: (e,) int32, sources: (e,) uint8: node row i has the texts
-    ``text_ids[indptr[i]:indptr[i + 1]]`` from ``sources`` (values of Source).
+    keys: (n,) int64 ascending, every node. texts: distinct strings, the names and head phrases (n_names) first; the
+    first n_encoded of them are to be given vectors. indptr: (n + 1,) int64, text_ids: (e,) int32, sources: (e,) uint8:
+    node row i has the texts ``text_ids[indptr[i]:indptr[i + 1]]`` from ``sources`` (values of Source).
     """
 
     keys: NDArray[np.int64]
     texts: tuple[str, ...]
+    n_names: int
     n_encoded: int
     indptr: NDArray[np.int64]
     text_ids: NDArray[np.int32]
@@ -108,18 +109,23 @@ class TextIndex:
     def build(cls, nodes: Iterable[Node]) -> TextIndex:
         """Collect the texts of all nodes, in the order of their keys."""
         ordered = sorted(nodes, key=lambda node: node.key)
+        parses: dict[str, Parse] = {}
         numbers: dict[str, int] = {}
+        names: dict[str, None] = {}
         encoded: dict[str, None] = {}
         entries: list[int] = []
         sources: list[int] = []
         indptr = np.zeros(len(ordered) + 1, dtype=np.int64)
         for row, node in enumerate(ordered):
-            for source, text in dict.fromkeys(texts_of(node)):
-                if source in ENCODED:
+            for source, text in dict.fromkeys(texts_of(node, parses)):
+                if source in (Source.NAME, Source.HEAD):
+                    names.setdefault(text)
+                elif source in ENCODED:
                     encoded.setdefault(text)
                 entries.append(numbers.setdefault(text, len(numbers)))
                 sources.append(source)
             indptr[row + 1] = len(entries)
+        encoded = names | encoded
         texts = (*encoded, *(text for text in numbers if text not in encoded))
         place = np.zeros(len(texts), dtype=np.int32)
         for new, text in enumerate(texts):
@@ -129,11 +135,12 @@ class TextIndex:
         return cls(
             keys=np.asarray([node.key for node in ordered], dtype=np.int64),
             texts=texts,
+            n_names=len(names),
             n_encoded=len(encoded),
             indptr=indptr,
             text_ids=text_ids,
             sources=source_of,
-            words=_word_index(texts, indptr, text_ids, source_of),
+            words=_word_index(texts, indptr, text_ids, source_of, parses),
             facts=_facts(texts, indptr, text_ids, source_of),
         )
 
@@ -153,7 +160,7 @@ class TextIndex:
             "format": np.asarray([FORMAT], dtype=np.int64),
             "keys": self.keys,
             "texts": pack_strings(self.texts),
-            "n_encoded": np.asarray([self.n_encoded], dtype=np.int64),
+            "n_encoded": np.asarray([self.n_names, self.n_encoded], dtype=np.int64),
             "indptr": self.indptr,
             "text_ids": self.text_ids,
             "sources": self.sources,
@@ -180,7 +187,8 @@ class TextIndex:
                 index = cls(
                     keys=arrays["keys"].astype(np.int64),
                     texts=tuple(unpack_strings(arrays["texts"])),
-                    n_encoded=int(arrays["n_encoded"][0]),
+                    n_names=int(arrays["n_encoded"][0]),
+                    n_encoded=int(arrays["n_encoded"][1]),
                     indptr=arrays["indptr"].astype(np.int64),
                     text_ids=arrays["text_ids"].astype(np.int32),
                     sources=arrays["sources"].astype(np.uint8),
@@ -223,7 +231,7 @@ class TextIndex:
         ):
             if len(ids) and (int(ids.min()) < 0 or int(ids.max()) >= limit):
                 raise ValueError("what is known of the nodes points outside them")
-        if not 0 <= self.n_encoded <= len(self.texts):
+        if not 0 <= self.n_names <= self.n_encoded <= len(self.texts):
             raise ValueError("more texts to encode than there are")
         if entries and (int(self.text_ids.min()) < 0 or int(self.text_ids.max()) >= len(self.texts)):
             raise ValueError("an entry points outside the texts")
@@ -231,8 +239,8 @@ class TextIndex:
             raise ValueError("an entry has an unknown source")
 
 
-def texts_of(node: Node) -> list[tuple[Source, str]]:
-    """The strings that stand for a node, best first; empty ones are left out."""
+def texts_of(node: Node, parses: dict[str, Parse] | None = None) -> list[tuple[Source, str]]:
+    """The strings that stand for a node, best first; empty ones are left out. parses: captions that were parsed."""
     found: list[tuple[Source, str]] = []
 
     def add(source: Source, value: object) -> None:
@@ -246,9 +254,13 @@ def texts_of(node: Node) -> list[tuple[Source, str]]:
         add(Source.NAME, node.properties.get("name"))
         add(Source.NAME, node.label)
     if node.caption:
-        for phrase in parse(node.caption).heads:
+        caption = " ".join(node.caption.split())
+        memory = {} if parses is None else parses
+        if caption not in memory:
+            memory[caption] = parse(caption)
+        for phrase in memory[caption].heads:
             add(Source.HEAD, phrase)
-        add(Source.CAPTION, node.caption)
+        add(Source.CAPTION, caption)
     for tag in node.tags:
         if tag != node.tag:
             add(Source.TAGS, tag)
@@ -264,13 +276,19 @@ def texts_of(node: Node) -> list[tuple[Source, str]]:
 
 
 def _word_index(
-    texts: tuple[str, ...], indptr: NDArray[np.int64], text_ids: NDArray[np.int32], sources: NDArray[np.uint8]
+    texts: tuple[str, ...],
+    indptr: NDArray[np.int64],
+    text_ids: NDArray[np.int32],
+    sources: NDArray[np.uint8],
+    parses: Mapping[str, Parse],
 ) -> WordIndex:
     weight_by_source = np.asarray([WORD_WEIGHT[source] for source in Source], dtype=np.float32)
     weights = weight_by_source[sources]
     rows = np.repeat(np.arange(len(indptr) - 1, dtype=np.int32), np.diff(indptr))
     used = weights > 0
-    return WordIndex.build(texts, n=len(indptr) - 1, text_of=text_ids[used], row_of=rows[used], weight_of=weights[used])
+    return WordIndex.build(
+        texts, n=len(indptr) - 1, text_of=text_ids[used], row_of=rows[used], weight_of=weights[used], parses=parses
+    )
 
 
 def _facts(

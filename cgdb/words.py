@@ -151,6 +151,7 @@ def parse(text: str) -> Parse:
     return Parse(words, phrases, generic)
 
 
+@lru_cache(maxsize=131072)
 def _word(token: str, role: Role) -> Word:
     bare = token.removesuffix("'s").removesuffix("'")
     parts = _PART.findall(bare)
@@ -292,18 +293,21 @@ class WordIndex:
         text_of: NDArray[np.int32],
         row_of: NDArray[np.int32],
         weight_of: NDArray[np.float32],
+        parses: Mapping[str, Parse] | None = None,
     ) -> WordIndex:
         """Index n rows; entry k says that texts[text_of[k]] stands for row row_of[k] with weight weight_of[k].
 
-        Each distinct text is parsed once; where a word reaches a row several times, the best weight stays.
+        Each distinct text is parsed once (parses: those that the caller has already); where a word reaches a row
+        several times, the best weight stays.
         """
         vocabulary: dict[str, int] = {}
         term_ids: list[int] = []
         term_weights: list[float] = []
         starts = np.zeros(len(texts) + 1, dtype=np.int64)
-        parse_fresh = parse.__wrapped__
+        known = parses or {}
         for t, text in enumerate(texts):
-            for word in parse_fresh(text).words:
+            parsed = known.get(text) or parse(text)
+            for word in parsed.words:
                 if word.weight == 0.0:
                     continue
                 weight = ROLE_WEIGHT[word.role]
@@ -398,6 +402,15 @@ class WordIndex:
         if (np.diff(indptr) < 0).any() or (len(rows) and (int(rows.min()) < 0 or int(rows.max()) >= n)):
             raise ValueError("the word index points outside its rows")
         return cls(n=n, terms={t: i for i, t in enumerate(terms)}, indptr=indptr, rows=rows, weights=weights)
+
+
+def head_phrase(text: str) -> str | None:
+    """What a question names, without what it says around it ("lamp"); None where that is all or nothing of it."""
+    parsed = parse(text)
+    if parsed.generic or not parsed.heads:
+        return None
+    phrase = " or ".join(parsed.heads)
+    return None if len(phrase.split()) >= len([t for t in tokens(text) if t[0].isalnum()]) else phrase
 
 
 QUERY_ROLE_WEIGHT: Mapping[Role, float] = {Role.HEAD: 1.0, Role.MODIFIER: 0.5, Role.CONTEXT: 0.3}
