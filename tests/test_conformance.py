@@ -112,7 +112,9 @@ def differences(case: dict[str, Any], got: dict[str, Any]) -> list[str]:
     if len(rows) != len(expected):
         found.append(f"there are {len(rows)} rows, not {len(expected)}")
     else:
-        found.extend(f"row {i} differs" for i, (a, b) in enumerate(zip(rows, expected, strict=True), 1) if not same(a, b))
+        found.extend(
+            f"row {i} differs" for i, (a, b) in enumerate(zip(rows, expected, strict=True), 1) if not same(a, b)
+        )
     found.extend(f"{name} is {got[name]}" for name in ("columns", "fits") if name in case and case[name] != got[name])
     if "warnings" in case and len(case["warnings"]) != len(got["warnings"]):
         found.append(f"the warnings are {got['warnings']}")
