@@ -477,7 +477,7 @@ def decimal(v: Values, start: int, end: int) -> ast.Number:
 @rule
 def inches(v: Values, start: int, end: int) -> ast.Number:
     digits = v[0][:-2]
-    value = _real(digits, start, end) if "." in digits else _whole(digits, start, end)
+    value = _whole(digits, start, end) if digits.isdecimal() else _real(digits, start, end)
     return ast.Number(value=value, unit="in", span=Span(start, end))
 
 

@@ -7,24 +7,39 @@ between, no recursion, and an effort that grows with the length of the text alon
 from __future__ import annotations
 
 from functools import cache
-from importlib.resources import files
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from cgdb.errors import ParseError
 from cgdb.grammar import ast
 from cgdb.grammar.build import BUILD
-from cgdb.grammar.completion import Expected, expected
-from cgdb.grammar.highlight import tokens
 from cgdb.grammar.limits import MAX_DEPTH, check_text, check_tree
 from cgdb.grammar.machine import GROUPS, machine
-from cgdb.grammar.mistakes import mistake
+
+if TYPE_CHECKING:
+    from cgdb.grammar.completion import Expected, expected
+    from cgdb.grammar.highlight import tokens
 
 __all__ = ["Expected", "expected", "grammar", "parse", "parse_condition", "parse_script", "tokens"]
 
 
 def grammar() -> str:
     """The text of cgql.lark, for model servers that constrain their output by a Lark grammar."""
+    from importlib.resources import files
+
     return files("cgdb.grammar").joinpath("cgql.lark").read_text(encoding="utf-8")
+
+
+def __getattr__(name: str) -> Any:
+    # Only shells and editors need these; every process pays for what is imported.
+    if name in ("Expected", "expected"):
+        from cgdb.grammar import completion
+
+        return getattr(completion, name)
+    if name == "tokens":
+        from cgdb.grammar.highlight import tokens
+
+        return tokens
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def parse(text: str) -> ast.Query:
@@ -85,6 +100,8 @@ def _run(text: str, root: str) -> Any:
                             for tree in values[0] if root == "script" else values:
                                 check_tree(tree, text)
                         return values[0]
+                    from cgdb.grammar.mistakes import mistake
+
                     raise mistake(text, root)
                 if action >= 0:
                     state = action
