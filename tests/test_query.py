@@ -14,7 +14,9 @@ from cgdb.limits import Limits
 from cgdb.testing import store
 
 
-def thing(number: int, tag: str, center: tuple[float, float, float], size: float = 0.2, **more: object) -> cgdb.SceneObject:
+def thing(
+    number: int, tag: str, center: tuple[float, float, float], size: float = 0.2, **more: object
+) -> cgdb.SceneObject:
     return cgdb.SceneObject(
         id=number,
         tag=tag,
