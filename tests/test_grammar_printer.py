@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 
 from cgdb.errors import LimitError, UsageError
 from cgdb.grammar import ast
-from cgdb.grammar.parser import parse, parse_condition
+from cgdb.grammar.parser import grammar, parse, parse_condition
 from cgdb.grammar.printer import to_text
 
 
@@ -43,6 +43,15 @@ def test_a_statement_comes_back(tree: ast.Query) -> None:
 @given(strategies.expressions())
 def test_a_condition_comes_back(tree: ast.Expression) -> None:
     assert parse_condition(to_text(tree)) == tree
+
+
+@settings(thorough, max_examples=60)
+@given(strategies.queries())
+def test_llguidance_takes_what_the_printer_writes(tree: ast.Query) -> None:
+    llguidance = pytest.importorskip("llguidance")
+    matcher = llguidance.LLMatcher(llguidance.LLTokenizer("byte"), llguidance.grammar_from("lark", grammar()))
+    written = list(to_text(tree).encode())
+    assert matcher.try_consume_tokens(written) == len(written) and matcher.is_accepting()
 
 
 @pytest.mark.parametrize(
