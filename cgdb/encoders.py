@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Mapping, Sequence
 
@@ -9,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.embed import TEXT_MODEL, Encoder, space_encoder
-from cgdb.errors import CgdbError
+from cgdb.errors import CgdbError, EncoderError
 from cgdb.scene import FeatureSpace
 from cgdb.text_vectors import TextVectors
 
 Floats = NDArray[np.float32]
+
+_BY_NAME = re.compile(r"(open_clip:[\w-]+:[\w-]+|(sentence-transformers/)?[\w-]+)(\.\w+)*", re.ASCII)
+"""What a map may name: a model and its weights by name, never a file of this machine."""
 
 
 class Encoders:
@@ -49,7 +53,14 @@ class Encoders:
         """The encoder of a feature space, or why there is none; None where the map does not say what made it."""
         if space.name in self._spaces:
             return self._spaces[space.name]
-        return None if space.encoder is None else self._load(space.encoder)
+        if space.encoder is None:
+            return None
+        if not _BY_NAME.fullmatch(space.encoder):
+            return EncoderError(
+                f"the map names '{space.encoder[:100]}' as its encoder, which is no model's name",
+                hint="a map may not have files opened; name the encoder yourself: space_encoders={...}, --encoder",
+            )
+        return self._load(space.encoder)
 
     def questions(self, encoder: Encoder, texts: Sequence[str]) -> Floats:
         """(n, d) the vectors of texts that were asked: remembered by this process, not kept in the store."""

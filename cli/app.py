@@ -150,6 +150,7 @@ def _asking(commands: Any) -> None:
     query.add_argument("store", metavar="STORE")
     query.add_argument("text", metavar="CGQL", help="the statement; - reads it from stdin")
     _parameters(query)
+    _encoders(query)
     query.add_argument("--timeout", type=float, metavar="SECONDS", help="give up after so long")
     _formats(query)
 
@@ -167,6 +168,7 @@ def _asking(commands: Any) -> None:
     search.add_argument("--scene", action="append", help="search this scene only (may be repeated)")
     search.add_argument("--where", metavar="CONDITION", help="a CGQL condition on the object o")
     _parameters(search)
+    _encoders(search)
     _formats(search)
 
 
@@ -178,6 +180,16 @@ def _parameters(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="a parameter: a number, true, false, null, a JSON list, @FILE with a vector, or else a text",
+    )
+
+
+def _encoders(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--encoder",
+        action="append",
+        default=[],
+        metavar="SPACE=ENCODER",
+        help="the encoder of a feature space, such as clip=vocabulary:names.npz or clip=open_clip:ViT-B-32:openai",
     )
 
 

@@ -22,7 +22,7 @@ def query(options: Namespace) -> int:
     if options.timeout is not None and not options.timeout > 0:
         raise UsageError(f"--timeout takes seconds above 0, not {options.timeout:g}")
     limits = cgdb.Limits(seconds=options.timeout)
-    with cgdb.open(options.store) as db:
+    with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
         result = db.query(text, values.parameters(options.parameters), limits=limits)
         warn(result.warnings)
         show(result, options.format or "table", why=options.why, everything=options.all)
@@ -34,7 +34,7 @@ def search(options: Namespace) -> int:
     what: Any = options.what
     if what.startswith("@"):
         what = cgdb.Vector(values=values.vector(Path(what[1:])), space=options.space)
-    with cgdb.open(options.store) as db:
+    with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
         hits = db.search(
             what,
             space=options.space,

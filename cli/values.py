@@ -21,6 +21,19 @@ def parameters(given: Sequence[str]) -> dict[str, Any]:
     return found
 
 
+def encoders(given: Sequence[str]) -> dict[str, Any]:
+    """{feature space: its encoder} of ``SPACE=ENCODER`` words."""
+    from cgdb.embed import space_encoder
+
+    found: dict[str, Any] = {}
+    for word in given:
+        space, equals, name = word.partition("=")
+        if not equals or not space or not name:
+            raise UsageError(f"--encoder takes SPACE=ENCODER, not {word[:60]!r}")
+        found[space] = space_encoder(name)
+    return found
+
+
 def parameter(text: str) -> Any:
     """One value as a person types it."""
     if text.startswith("@"):
