@@ -117,12 +117,10 @@ class GraphIndex:
         _check_columns(columns)
         with _writing(path) as (store, folder):
             store.execute(f"CREATE NODE TABLE Node({_declared(_node_types(columns))}, PRIMARY KEY(key))")
-            cells = _NodeCells(columns)
             node_file = _CsvFile(folder / "nodes.csv", _node_types(columns))
-            n_nodes = node_file.write([cells(row) for row in batch] for batch in nodes)
+            n_nodes = node_file.write([_node_cells(row, columns) for row in batch] for batch in nodes)
             if n_nodes:
                 store.execute(f"COPY Node FROM ({node_file.loading()} RETURN {node_file.returned()})")
-            cells.finish(store)
             relation_file = _CsvFile(folder / "relations.csv", _RELATION)
             n_relations = relation_file.write([_relation_cells(row) for row in batch] for batch in relations)
             _create_relations(store, relation_file, n_relations)
@@ -177,13 +175,11 @@ class GraphIndex:
             dropped = _CsvFile(folder / "dropped.csv", {"key": "INT64"})
             if dropped.write([[(key,) for key in gone]]):
                 store.execute(f"{dropped.loading()} MATCH (n:Node) WHERE n.key = key DELETE n")
-            cells = _NodeCells(columns)
             changed = _CsvFile(folder / "nodes.csv", types)
-            if changed.write([cells(row) for row in batch] for batch in nodes):
+            if changed.write([_node_cells(row, columns) for row in batch] for batch in nodes):
                 renamed = ", ".join(f"{changed.value(name)} AS {name}_" for name in types)
                 values = ", ".join(f"n.{name} = {name}_" for name in types if name != "key")
                 store.execute(f"{changed.loading()} WITH {renamed} MERGE (n:Node {{key: key_}}) SET {values}")
-            cells.finish(store)
             _create_relations(store, added, n_relations)
             n_nodes = store.execute("MATCH (n:Node) RETURN count(*)")[2][0][0]
         return {"nodes": n_nodes, "relations": n_relations, "columns": dict(columns)}
@@ -240,7 +236,7 @@ def _create_relations(store: Store, file: _CsvFile, count: int) -> None:
 class _CsvFile:
     """Rows on their way into the engine, in the dialect that both engines read back exactly.
 
-    An empty cell is NULL. An empty text is a token made up for this file, and so is what stands between the items of
+    Lists lose their empty items. An empty cell is NULL. An empty text is a token made up for this file, and so is what stands between the items of
     a list: neither can occur in what a map says. Tried with every character that could matter (tests/test_graph.py).
     """
 
@@ -275,7 +271,9 @@ class _CsvFile:
         def items(value: Any) -> str:
             if value is None:
                 return ""
-            return text(token.join([str(item) for item in value]))
+            # Empty items are left out: string_split forgets them, and list_transform, which could take a mark off
+            # each item, overruns its memory where 2,048 rows hold more than 4,096 items (both engines).
+            return text(token.join([str(item) for item in value if item != ""]))
 
         kinds = {"STRING": text, "STRING[]": items, "DOUBLE": _number, "INT64": _integer, "BOOL": _truth}
         return [kinds[kind] for kind in self.types.values()]
@@ -353,34 +351,12 @@ def _check_columns(columns: Mapping[str, str]) -> None:
             raise ExecuteError(f"property '{name}' cannot be indexed as {kind}")
 
 
-class _NodeCells:
-    """What each node has in each column. Lists with an empty item are set one by one in the end, by :meth:`finish`.
-
-    The engine's string_split forgets empty items. Putting a mark before each, and taking it off by list_transform,
-    ends the process: that function overruns its memory where 2,048 rows hold more than 4,096 items (both engines).
-    """
-
-    def __init__(self, columns: Mapping[str, str]) -> None:
-        self.columns = columns
-        self.blank: list[tuple[int, str, list[str]]] = []
-
-    def __call__(self, row: NodeRow) -> list[Any]:
-        center = (None, None, None) if row.center is None else row.center.tolist()
-        extent = (None, None, None) if row.extent is None else row.extent.tolist()
-        cells = [row.key, row.id, row.label, row.tag, row.caption, row.confidence, row.n_observations]
-        cells += [*center, *extent]
-        for name, kind in self.columns.items():
-            value = _property(row.properties.get(name), kind)
-            if kind == "STRING[]" and value is not None and "" in value:
-                self.blank.append((row.key, property_column(name), [_SURROGATE.sub("\ufffd", str(v)) for v in value]))
-                value = None
-            cells.append(value)
-        return cells
-
-    def finish(self, store: Store) -> None:
-        """Set the lists that could not be loaded."""
-        for key, column, items in self.blank:
-            store.execute(f"MATCH (n:Node) WHERE n.key = $key SET n.{column} = $items", {"key": key, "items": items})
+def _node_cells(row: NodeRow, columns: Mapping[str, str]) -> list[Any]:
+    center = (None, None, None) if row.center is None else row.center.tolist()
+    extent = (None, None, None) if row.extent is None else row.extent.tolist()
+    cells = [row.key, row.id, row.label, row.tag, row.caption, row.confidence, row.n_observations, *center, *extent]
+    cells += [_property(row.properties.get(name), kind) for name, kind in columns.items()]
+    return cells
 
 
 def _property(value: Any, kind: str) -> Any:

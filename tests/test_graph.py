@@ -129,13 +129,13 @@ def test_half_a_character_is_replaced_and_harms_nothing_else(tmp_path: Path) -> 
 def test_empty_missing_and_listed_values_are_told_apart(tmp_path: Path) -> None:
     nodes = [
         node(0, caption="", properties={"uses": (), "heavy": False, "Mass (kg)": 0.1}),
-        node(1, properties={"uses": ("",), "heavy": True, "Mass (kg)": 2}),
+        node(1, properties={"uses": ("", "a", "", "b", ""), "heavy": True, "Mass (kg)": 2}),
         node(2, center=np.array([1e-300, -0.0, 3.5]), extent=np.array([1.0, 2, 3]), confidence=0.3, n_observations=7),
     ]
     graph = built(tmp_path / "g", nodes, None, COLUMNS)
     rows = list(graph.run(ALL_NODES).rows())
     assert rows[0][4] == "" and rows[0][10:12] == ([], False) and rows[0][12] == 0.1
-    assert rows[1][4] is None and rows[1][10:12] == ([""], True) and rows[1][12] == 2.0
+    assert rows[1][4] is None and rows[1][10:12] == (["a", "b"], True) and rows[1][12] == 2.0
     assert rows[2][5:9] == (0.3, 7, 1e-300, 3.0) and rows[2][10:12] == (None, None)
     graph.close()
 
