@@ -4,11 +4,12 @@
 
 Right: every LVIS class is looked for by the text feature of its name among the image features of all 1203 classes,
 which $CGDB_TEST_DATA/clip holds. Fast: the ten nearest of made-up 512-d vectors, to all of them and to a share of the
-ids. FAISS is given its filter ready-made (an IDSelector); db.search the positions of objects, as a condition gives them.
+ids. FAISS is given its filter ready-made (an IDSelector), db.search positions of objects, as a condition gives them.
 """
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import tempfile
@@ -40,10 +41,9 @@ def recall(folder: Path) -> None:
         for i, (name, vector) in enumerate(zip(names, pictures, strict=True))
     )
     space = cgdb.FeatureSpace(name="clip", dimension=pictures.shape[1])
-    with tempfile.TemporaryDirectory() as stores:
-        with cgdb.open(Path(stores) / "lvis.cgdb", create=True, text_encoder=None) as db:
-            db.add(cgdb.SceneGraph(name="lvis", objects=objects, spaces=(space,)))
-            places = [db.search(text, k=K).ids for text in texts]
+    with tempfile.TemporaryDirectory() as made, cgdb.open(Path(made) / "lvis", create=True, text_encoder=None) as db:
+        db.add(cgdb.SceneGraph(name="lvis", objects=objects, spaces=(space,)))
+        places = [db.search(text, k=K).ids for text in texts]
     ranks = np.array([found.index(i) if i in found else K for i, found in enumerate(places)])
     rows = []
     for k, exact in EXACT.items():
@@ -55,7 +55,7 @@ def recall(folder: Path) -> None:
 
 def speed(db: Database, count: int, rounds: int) -> list[list[str]]:
     """One row per share of allowed ids: db.search, FAISS and NumPy, medians of searches that take turns."""
-    import faiss
+    faiss: Any = importlib.import_module("faiss")
 
     view = db.view("world")
     matrix = np.array([o.features[world.SPACE] for o in world.objects(count)])
@@ -77,13 +77,15 @@ def speed(db: Database, count: int, rounds: int) -> list[list[str]]:
             return search([view], meaning, space=None, k=K, allowed=[only]).ids
 
         def faiss_ids(i: int, options: Any = filtered) -> list[int]:
-            return flat.search(queries[i : i + 1], K, params=options)[1][0].tolist()  # type: ignore[no-any-return]
+            nearest: list[int] = flat.search(queries[i : i + 1], K, params=options)[1][0].tolist()
+            return nearest
 
         def numpy_ids(i: int, only: NDArray[np.int64] | None = allowed) -> list[int]:
             similar = matrix @ queries[i] if only is None else matrix[only] @ queries[i]
             best = np.argpartition(-similar, K - 1)[:K]
             best = best[np.argsort(-similar[best])]
-            return (best if only is None else only[best]).tolist()
+            found: list[int] = (best if only is None else only[best]).tolist()
+            return found
 
         runs: dict[str, Callable[[int], list[Any]]] = {"cgdb": cgdb_ids, "faiss": faiss_ids, "numpy": numpy_ids}
         same = np.mean([len(set(cgdb_ids(i)) & set(numpy_ids(i))) / K for i in range(20)])
