@@ -236,8 +236,9 @@ def _create_relations(store: Store, file: _CsvFile, count: int) -> None:
 class _CsvFile:
     """Rows on their way into the engine, in the dialect that both engines read back exactly.
 
-    Lists lose their empty items. An empty cell is NULL. An empty text is a token made up for this file, and so is what stands between the items of
-    a list: neither can occur in what a map says. Tried with every character that could matter (tests/test_graph.py).
+    An empty cell is NULL. An empty text is a token made up for this file, and so is what stands between the items of
+    a list: neither can occur in what a map says. Lists lose their empty items. Tried with every character that could
+    matter (tests/test_graph.py).
     """
 
     def __init__(self, path: Path, types: Mapping[str, str]) -> None:
