@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from cgdb import cypher
 from cgdb.binder import BoundEdge, BoundNode, BoundQuery, Meaning
-from cgdb.bindings import Bindings, EdgeColumn, Positions, Truth, always, concatenate
+from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always, concatenate
 from cgdb.evaluate import Evaluator
 from cgdb.grammar import ast
 from cgdb.limits import Budget
@@ -57,7 +57,7 @@ class Executor:
             node.id for node in plan.match.nodes.values() if node.id is not None and self._view.find(node.id) is None
         ]
         if missing:
-            return self._empty(plan)
+            return _no_rows(plan.match.nodes, [edge.name for edge in plan.match.edges])
         return self._match(plan, {}) if plan.seed is None else self._from_vectors(plan, plan.seed)
 
     def pattern_truth(self, pattern: ast.Pattern, rows: Bindings) -> Truth:
@@ -107,7 +107,7 @@ class Executor:
             best = np.sort(np.concatenate([best, parts[-1].truth.degree]))[::-1][: plan.top]
             if done < len(order) and len(best) == plan.top and best[-1] >= degrees[order[done]]:
                 break
-        return concatenate(parts) if parts else self._empty(plan)
+        return concatenate(parts) if parts else _no_rows(plan.match.nodes, [edge.name for edge in plan.match.edges])
 
     def _match(self, plan: Plan, known: Mapping[str, Positions], *, collapse: bool = True) -> Bindings:
         """The rows of a match. known: {node: the only positions that it may have}."""
@@ -198,6 +198,8 @@ class Executor:
             return Bindings.of_nodes(node.name, self._scanned(node, known.get(node.name)))
         columns = self._view.columns
         mine = {node.name: known[node.name] for node in component.nodes if node.name in known}
+        if any(not len(positions) for positions in mine.values()):
+            return _no_rows([node.name for node in component.nodes], [edge.name for edge in component.edges])
         # One list of keys is enough to start from; the shortest prunes most, the others are joined afterwards.
         start = min(mine, key=lambda name: len(mine[name]), default=None)
         keys = {}
@@ -227,9 +229,7 @@ class Executor:
             if name not in keys:
                 kept = np.isin(rows.nodes[name], positions)
                 rows = rows if kept.all() else rows.take(np.flatnonzero(kept))
-        # The engine gives rows in no order that can be relied on; the same question must give the same answer.
-        order = np.lexsort([rows.nodes[name] for name in reversed(statement.nodes)])
-        return rows.take(order)
+        return _in_order(rows)
 
     def _scanned(self, node: BoundNode, known: Positions | None) -> Positions:
         if known is None:
@@ -238,23 +238,37 @@ class Executor:
             return known
         return known[np.isin(known, self._view.columns.of_label(node.label))]
 
-    def _empty(self, plan: Plan) -> Bindings:
-        none = np.empty(0, np.int64)
-        no_edge = EdgeColumn(
-            source=none,
-            target=none,
-            confidence=np.empty(0),
-            label=np.empty(0, object),
-            origin=np.empty(0, object),
-            explanation=np.empty(0, object),
-            hops=np.empty(0, object),
-        )
-        return Bindings(
-            n=0,
-            nodes=dict.fromkeys(plan.match.nodes, none),
-            edges={edge.name: no_edge for edge in plan.match.edges},
-            truth=always(0),
-        )
+
+def _no_rows(nodes: Iterable[str], edges: Iterable[str]) -> Bindings:
+    none = np.empty(0, np.int64)
+    texts = np.empty(0, object)
+    no_edge = EdgeColumn(
+        source=none, target=none, confidence=np.empty(0), label=texts, origin=texts, explanation=texts, hops=texts
+    )
+    return Bindings(n=0, nodes=dict.fromkeys(nodes, none), edges=dict.fromkeys(edges, no_edge), truth=always(0))
+
+
+def _in_order(rows: Bindings) -> Bindings:
+    """The rows by their nodes, then by what their relations say.
+
+    The engine gives rows in no order that can be relied on; the same question must give the same answer.
+    """
+    if rows.n < 2:
+        return rows
+    rows = rows.take(np.lexsort(list(rows.nodes.values())[::-1]))
+    tied: Flags = np.ones(rows.n - 1, bool)
+    for positions in rows.nodes.values():
+        tied &= positions[1:] == positions[:-1]
+    if not tied.any():
+        return rows
+    group = np.concatenate([[0], np.cumsum(~tied)]).tolist()
+    edges = list(rows.edges.values())
+
+    def said(row: int) -> tuple[object, ...]:
+        texts = (str(text) for edge in edges for text in (edge.label[row], edge.origin[row], edge.explanation[row]))
+        return (group[row], *texts)
+
+    return rows.take(np.asarray(sorted(range(rows.n), key=said), np.int64))
 
 
 def _without_shared_edges(rows: Bindings, one: Mapping[str, object], other: Mapping[str, object]) -> Bindings:

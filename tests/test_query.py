@@ -96,6 +96,7 @@ def found(db: Database, text: str, **parameters: object) -> list[tuple[object, .
         ('MATCH (a)-[r ~ "belongs into"]->(b) RETURN a, r.label', [(6, "may be stored in", 0.9), (5, "in", 0.4)]),
         ("MATCH (a)-[:on|in]->(b) RETURN a, b", [(2, 1, 1.0), (5, 4, 1.0), (3, 1, 0.8)]),
         ("MATCH (o {material: 'wood'}) RETURN o", [(1, 1.0), (4, 1.0)]),
+        ("MATCH (o) WHERE o.price > 99 AND distance(o, #2) < 9 AND NOT (o)-[:on]->() RETURN o", []),
         ("MATCH (o) WHERE o.price > 4 AND o.price <= 7 RETURN o", [(3, 1.0), (6, 1.0)]),
         ("MATCH (o) WHERE NOT o.price > 4 AND o.price IS NOT NULL RETURN o", [(2, 1.0)]),
         ("MATCH (o) WHERE o.tag IN ['book', 'shelf'] RETURN o", [(4, 1.0), (5, 1.0), (6, 1.0)]),
