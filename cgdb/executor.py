@@ -266,9 +266,11 @@ def _in_order(rows: Bindings) -> Bindings:
 
     def said(row: int) -> tuple[object, ...]:
         texts = (str(text) for edge in edges for text in (edge.label[row], edge.origin[row], edge.explanation[row]))
-        return (group[row], *texts)
+        return (group[row], *texts, *(int(edge.source[row]) for edge in edges))
 
-    return rows.take(np.asarray(sorted(range(rows.n), key=said), np.int64))
+    # A relation of a node to itself, read either way, is met from both of its ends: the same row twice.
+    distinct = {said(row): row for row in reversed(range(rows.n))}
+    return rows.take(np.asarray([distinct[key] for key in sorted(distinct)], np.int64))
 
 
 def _without_shared_edges(rows: Bindings, one: Mapping[str, object], other: Mapping[str, object]) -> Bindings:
