@@ -126,7 +126,7 @@ def differences(case: dict[str, Any], got: dict[str, Any]) -> list[str]:
 
 
 def error_differences(expected: dict[str, Any], got: dict[str, Any]) -> list[str]:
-    """An error is told by its stage, words of its message, the text under the caret, and its hint where one is named."""
+    """What differs: the stage, words of the message, the text under the caret, the hint where one is expected."""
     found = []
     if got["stage"] != expected["stage"]:
         found.append(f"the stage is {got['stage']!r}")
@@ -144,9 +144,9 @@ def same(a: Any, b: Any) -> bool:
     """Whether two values are the same, numbers up to a tolerance."""
     if isinstance(a, list) and isinstance(b, list):
         return len(a) == len(b) and all(map(same, a, b))
-    if isinstance(a, bool) or isinstance(b, bool) or isinstance(a, str) or isinstance(b, str):
-        return type(a) is type(b) and a == b
-    return bool(abs(a - b) <= TOLERANCE * max(1.0, abs(b)))
+    if type(a) in (int, float) and type(b) in (int, float):
+        return bool(abs(a - b) <= TOLERANCE * max(1.0, abs(b)))
+    return type(a) is type(b) and bool(a == b)
 
 
 def report(file: str, case: dict[str, Any], got: dict[str, Any], problems: list[str]) -> str:

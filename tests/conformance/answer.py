@@ -1,4 +1,4 @@
-"""What this implementation answers to the cases: names of files on standard input, a line of JSON for each on standard output.
+"""What this implementation answers to the cases: files by name on standard input, lines of JSON on standard output.
 
 A program of its own, because a process can load one graph engine only (CGDB_GRAPH_ENGINE); and so that another
 implementation of CGQL is put to the same test by a program that takes the place of this one.
