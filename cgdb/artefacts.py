@@ -101,6 +101,11 @@ class Artefacts:
                         return found
         return None
 
+    def revisions(self, scene: int) -> set[int]:
+        """The revisions of a scene that have files here, valid or not."""
+        with self._lock:
+            return {name["revision"] for name in self._names() if name["scene"] == scene and name["maker"] is None}
+
     def sweep(self, keep: set[tuple[int, int]]) -> list[str]:
         """Remove the files of every (scene, revision) that is not kept, and what dead builders left; the names removed.
 

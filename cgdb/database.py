@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -92,6 +93,7 @@ class Database:
         self.degrees_of: Callable[[SceneView], Degrees] = lambda view: Degrees(view, self._encoders)
         self._views: dict[tuple[int, int], SceneView] = {}
         self._running: set[Budget] = set()
+        self._wrote = False
         self._lock = threading.RLock()
 
     @property
@@ -109,6 +111,10 @@ class Database:
         for view in self._views.values():
             view.close()
         self._views.clear()
+        if self._wrote:
+            self._wrote = False
+            with contextlib.suppress(CgdbError):  # housekeeping: what is wrong is told by whoever needs it
+                self._sweep()
         self._artefacts.close()
         self._kept.close()
         self._ledger.close()
@@ -133,6 +139,9 @@ class Database:
 
     def diff(self, a: int, b: int, scene: str | None = None) -> dict[str, Changes]:
         """{scene: what turns it as of revision a into it as of revision b}, of the scenes that differ."""
+        for revision in (a, b):
+            if revision != 0:  # before the first revision there was nothing, which can be compared with
+                self._ledger.resolve(revision)
         names = {r.scene for r in self._ledger.revisions() if min(a, b) < r.id <= max(a, b)}
         found = {}
         for name in sorted(names if scene is None else names & {scene}):
@@ -227,7 +236,7 @@ class Database:
         """The answer of a scene's graph index to read-only Cypher: Node(key, id, label, tag, ...), Rel(label, ...)."""
         view = self._single(scene)
         with self._budget(None) as budget:
-            return view.graph.run_untrusted(text, {**(parameters or {}), **more}, timeout_s=budget.remaining)
+            return view.graph.run(text, {**(parameters or {}), **more}, timeout_s=budget.remaining)
 
     # -- writing ------------------------------------------------------------------------------------------------
 
@@ -412,11 +421,20 @@ class Database:
         raise error
 
     def _forget_old(self) -> None:
-        """Drop what was kept of revisions that are no longer the latest; index files of these are removed."""
+        """Drop the views of revisions that are no longer the latest."""
         with self._lock:
+            self._wrote = True
             current = {(info.id, info.revision) for info in self._ledger.scenes()}
             for key in [key for key in self._views if key not in current]:
                 del self._views[key]
+
+    def _sweep(self) -> None:
+        """Remove index files of old revisions, but the newest of a scene whose latest has none yet: a start for it."""
+        keep = set()
+        for info in self._ledger.scenes():
+            there = self._artefacts.revisions(info.id)
+            keep.add((info.id, info.revision if info.revision in there else max(there, default=0)))
+        self._artefacts.sweep(keep)
 
 
 def _meaning(what: Any, space: str | None) -> Meaning:

@@ -197,8 +197,6 @@ class GraphIndex:
         data = tuple(_column([row[i] for row in rows], kind) for i, kind in enumerate(types))
         return Table(columns=tuple(names), data=data)
 
-    run_untrusted = run
-
     def interrupt(self) -> None:
         """Stop what runs now, from another thread: it raises QueryCancelled."""
         self._store.interrupt()

@@ -25,8 +25,9 @@ from cgdb.scene import FeatureSpace, ObjectId, canonical_id
 from cgdb.texts import FORMAT, TextIndex
 from cgdb.vectors import VectorIndex
 
-CATCH_UP_BELOW = 4
-"""The graph index follows a change of up to a quarter of the scene; above, building it anew is as quick."""
+CATCH_UP_FROM, CATCH_UP_SHARE, CATCH_UPS = 20_000, 0.1, 3
+"""The graph index of a scene of so many nodes follows a change of up to that share of them, so many times in a row:
+elsewhere building it anew is as quick, and it leaves no dead space in the file."""
 
 _GRAPH_COLUMNS = {
     "label": "label",
@@ -132,23 +133,28 @@ class SceneView:
     def _build_graph(self, path: Path) -> Mapping[str, Any]:
         """Catch up from the index of an earlier revision where little has changed since, else build anew."""
         columns = self.catalog.columns
-        made = self._caught_up(path, columns) or GraphIndex.build(
-            path, self._ledger.nodes(self.info), self._ledger.relations(self.info), columns
-        )
+        made = self._caught_up(path, columns)
+        if made is None:
+            nodes, relations = self._ledger.nodes(self.info), self._ledger.relations(self.info)
+            made = {**GraphIndex.build(path, nodes, relations, columns), "catch_ups": 0}
         return {**made, "revision": self.info.revision}
 
     def _caught_up(self, path: Path, columns: Mapping[str, str]) -> Mapping[str, Any] | None:
+        if len(self.columns.keys) < CATCH_UP_FROM:
+            return None
         old = self._artefacts.previous(GraphIndex.kind(), self.info.id, self.info.revision)
-        if old is None or any(columns.get(name, kind) != kind for name, kind in old.meta["columns"].items()):
+        if old is None or old.meta["catch_ups"] >= CATCH_UPS:
+            return None
+        if any(columns.get(name, kind) != kind for name, kind in old.meta["columns"].items()):
             return None
         changes = self._ledger.changes(self.info.id, old.meta["revision"], self.info.revision)
         sources = {r.source for r in (*changes.relations_added, *changes.relations_removed)} | set(changes.added)
         upserted = [*changes.added, *changes.changed]
-        if CATCH_UP_BELOW * (len(sources) + len(upserted) + len(changes.removed)) > len(self.columns.keys):
+        if len(sources) + len(upserted) + len(changes.removed) > CATCH_UP_SHARE * len(self.columns.keys):
             return None
         rows = self._ledger.nodes_by_key(self.info, upserted)
         relations = [r for r in self._ledger.relations_of(self.info, sources) if r.source in sources]
-        return GraphIndex.catch_up(
+        made = GraphIndex.catch_up(
             path,
             old.path,
             columns=columns,
@@ -157,6 +163,7 @@ class SceneView:
             sources=sources,
             relations=iter([relations]),
         )
+        return {**made, "catch_ups": old.meta["catch_ups"] + 1}
 
     def _build_texts(self, path: Path) -> Mapping[str, Any]:
         TextIndex.build(node for batch in self._ledger.nodes(self.info) for node in batch).save(path)

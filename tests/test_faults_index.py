@@ -106,7 +106,11 @@ def test_a_missing_index_folder_is_made_again(store: Path) -> None:
     assert answer(store) == right
 
 
-def test_indexes_follow_revisions_and_old_ones_stay_readable(store: Path) -> None:
+@pytest.mark.parametrize("catch_up_from", [10, 10**9])
+def test_indexes_follow_revisions_and_old_ones_stay_readable(
+    store: Path, monkeypatch: pytest.MonkeyPatch, catch_up_from: int
+) -> None:
+    monkeypatch.setattr("cgdb.view.CATCH_UP_FROM", catch_up_from)
     with cgdb.open(store, text_encoder=None) as db:
         before = [row.values for row in db.query("MATCH (a)-[:on]->(b) RETURN a.id, b.id")]
         for step in range(5):
@@ -123,6 +127,15 @@ def test_indexes_follow_revisions_and_old_ones_stay_readable(store: Path) -> Non
         assert sorted(old) == sorted(before)
         with pytest.raises(cgdb.CgdbError, match="#1000"):
             db.query("USE 'lab' AS OF 1 MATCH (#1000) RETURN count(*)")
+
+
+def test_index_files_of_old_revisions_are_removed(store: Path) -> None:
+    for number in range(3):
+        with cgdb.open(store, text_encoder=None) as db:
+            db.add(cgdb.SceneGraph(name="lab", objects=(cgdb.SceneObject(id=900 + number),)), on_existing="merge")
+            db.prepare()
+            latest = db.revisions()[-1].id
+        assert {name.split("-")[1] for name in (path.name for path in (store / "index").iterdir())} == {f"r{latest}"}
 
 
 def test_a_reader_in_another_process_sees_the_last_commit(store: Path) -> None:
