@@ -112,7 +112,7 @@ def _words(want: Expected, known: Known, text: str, *, asked: bool) -> list[Choi
         others = ((name, label or "") for name, label in want.variables.items() if name != partial)
         found += _ranked(partial, others, start, "variable", inside=False)
     if broad and (partial or asked):
-        says = {f"{name}(": signature.says for name, signature in (FUNCTIONS | AGGREGATES).items()}
+        says = {f"{name}(": signature.says for name, signature in {**FUNCTIONS, **AGGREGATES}.items()}
         found += _ranked(partial, says.items(), start, "function", inside=False)
     if "unit" in kinds and (partial or asked):
         found += _ranked(partial, ((unit, "") for unit in ("cm", "m", "mm", "ft", "in")), start, "unit", inside=False)
@@ -138,17 +138,21 @@ def _likely(keywords: Iterable[str]) -> list[str]:
 
 def _texts(partial: str, start: int, cursor: int, text: str, known: Known) -> list[Choice]:
     """After ``~ "``: what things are called, and the words of captions to go on with."""
-    whole = _ranked(partial, ((phrase, "") for phrase in known.phrases()), start, "tag")
     begin = max((partial.rfind(c) for c in " ,-"), default=-1) + 1
     word = partial[begin:]
-    more: list[Choice] = []
+    things = _ranked(partial, ((phrase, "") for phrase in known.phrases()), start, "tag")
+    begun = [choice for choice in things if choice.text.casefold().startswith(partial.casefold())]
+    words: list[Choice] = []
     if word:
-        more = _ranked(word, ((w, "") for w in known.words()), start + begin, "word", inside=False)
-    seen = {partial[: choice.start - start] + choice.text for choice in whole}
-    both = whole[: MOST // 2] + [choice for choice in more if partial[:begin] + choice.text not in seen]
-    if word and any((partial[: c.start - start] + c.text).casefold() == partial.casefold() for c in both):
-        both = [c for c in both if (partial[: c.start - start] + c.text).casefold() != partial.casefold()]
-    return _quotable(both[:MOST], text, cursor, close=False)
+        words = _ranked(word, ((w, "") for w in known.words()), start + begin, "word", inside=False)
+    found: list[Choice] = []
+    seen = {partial.casefold()}
+    for choice in (*begun[: MOST // 2], *words, *things):
+        made = (partial[: choice.start - start] + choice.text).casefold()
+        if made not in seen:
+            seen.add(made)
+            found.append(choice)
+    return _quotable(found[:MOST], text, cursor, close=False)
 
 
 def _properties(want: Expected, known: Known) -> list[Choice]:

@@ -47,7 +47,8 @@ class Favourites:
         if name not in known:
             raise UsageError(
                 f"no favourite is called '{name[:60]}'",
-                hint=did_you_mean(name, known) or ("`:run` lists them" if known else "`:save NAME` keeps the last statement"),
+                hint=did_you_mean(name, known)
+                or ("`:run` lists them" if known else "`:save NAME` keeps the last statement"),
             )
         return known[name]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from cgdb.errors import CgdbError
 from cgdb.grammar.machine import machine
 from cgdb.grammar.parser import expected, parse
-from cgdb.errors import CgdbError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,9 +58,9 @@ def complete(text: str) -> bool:
     tokens = [token for token in machine().scan(text) if token.group != "end"]
     if tokens and tokens[-1].text == ";":
         return True
-    if not tokens:
-        return False
     blank = text.rpartition("\n")[2].strip() == ""
+    if not tokens:
+        return blank
     if "\n" not in text.rstrip() or blank:
         try:
             parse(text)
@@ -68,12 +68,6 @@ def complete(text: str) -> bool:
             pass
         else:
             return True
-    return tokens[-1].group == "open" or not (expected(text + "\n").categories or _ends(text))
-
-
-def _ends(text: str) -> bool:
-    try:
-        parse(text)
-    except CgdbError:
-        return False
-    return True
+    want = expected(text + "\n")
+    # Quotes do not reach over lines. A semicolon alone is no reason to wait for more.
+    return tokens[-1].group == "open" or not (want.categories - {"sign"} or set(want.signs) - {";"})

@@ -63,7 +63,9 @@ class Settings:
         """Set an option from what a person typed. UsageError names what it may be."""
         option = OPTIONS.get(name)
         if option is None:
-            raise UsageError(f"there is no option '{name}'", hint=did_you_mean(name, OPTIONS) or one_of(OPTIONS, most=20))
+            raise UsageError(
+                f"there is no option '{name}'", hint=did_you_mean(name, OPTIONS) or one_of(OPTIONS, most=20)
+            )
         word = text.strip().casefold()
         if isinstance(option.start, bool):
             if word not in _WORDS:
@@ -81,6 +83,10 @@ class Settings:
         else:
             self._values[name] = _number(name, text)
 
+    def reset(self, name: str) -> None:
+        """Give an option the value that it had at first."""
+        self._values[name] = OPTIONS[name].start
+
     def toggle(self, name: str) -> bool:
         """Turn an option on or off; what it is now."""
         self._values[name] = not self._values[name]
@@ -94,7 +100,9 @@ def _number(name: str, text: str) -> float:
         number = -1
     least = {"width": 20, "rows": 1}.get(name, 0)
     if not least <= number < 1e6 or (name == "timeout" and number == 0):
-        raise UsageError(f"{name} is {_NONE[name]} or a number{f' from {least}' if least else ' above 0'}, not '{text[:40]}'")
+        raise UsageError(
+            f"{name} is {_NONE[name]} or a number{f' from {least}' if least else ' above 0'}, not '{text[:40]}'"
+        )
     return number
 
 

@@ -6,7 +6,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from cgdb.catalog import BUILT_IN, STANDARD_RELATIONS, Catalog, merge
 
@@ -14,13 +14,16 @@ if TYPE_CHECKING:
     from cgdb.database import Database
     from cgdb.view import SceneView
 
+T = TypeVar("T")
 MOST_SCENES = 16
 """Scenes whose values are offered; names of all scenes are."""
 MOST_ROWS = 50_000
 """Objects of a scene whose values are read."""
 MOST_VALUES = 2_000
 _WORD = re.compile(r"[^\W\d_][\w'-]{2,39}")
-_COMMON = frozenset("the and with has have its that this from for are was one two very there their which some into".split())
+_COMMON = frozenset(
+    ("the", "and", "with", "has", "have", "its", "that", "this", "from", "for", "are", "was", "two", "very", "there")
+)
 
 
 class Vocabulary:
@@ -32,6 +35,11 @@ class Vocabulary:
         self._scenes: dict[str, str] = {}
         self._kept: dict[str, Any] = {}
         self._parameters = parameters
+
+    @property
+    def filled(self) -> bool:
+        """Whether it speaks of a store yet."""
+        return self._db is not None
 
     def fill(self, db: Database, scenes: Sequence[str] = (), as_of: int | str | None = None) -> None:
         """Speak of these scenes of the store (none: all) from now on."""
@@ -75,18 +83,19 @@ class Vocabulary:
     def parameters(self) -> Mapping[str, str]:
         return {name: repr(value)[:40] for name, value in self._parameters().items()}
 
-    def _keep(self, name: str, read: Callable[[], Any]) -> Any:
-        if name not in self._kept:
+    def _keep(self, name: str, read: Callable[[], tuple[T, ...]]) -> tuple[T, ...]:
+        kept = self._kept
+        if name not in kept:
             if not self._views:
                 return ()
-            self._kept[name] = read()
-        return self._kept[name]
+            kept[name] = read()
+        found: tuple[T, ...] = kept[name]
+        return found
 
     def _catalog(self) -> Catalog:
         if not self._views:
             return Catalog()
-        catalog: Catalog = self._keep("catalog", lambda: merge(view.catalog for view in self._views))
-        return catalog
+        return self._keep("catalog", lambda: (merge(view.catalog for view in self._views),))[0]
 
     def _column(self, name: str) -> list[Any]:
         return [value for view in self._views for value in view.column(name)[:MOST_ROWS].tolist()]

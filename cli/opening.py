@@ -1,0 +1,87 @@
+"""A store that is opened behind the prompt: first its names, then its indexes, then the text encoder."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cgdb.errors import UsageError
+
+if TYPE_CHECKING:
+    from cgdb.database import Database
+
+
+class Opening:
+    """``database`` waits for the store itself; what is still to be loaded then, a query would load as well."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if not self.path.is_dir():
+            what = "is a file, not a store" if self.path.exists() else "does not exist"
+            raise UsageError(f"{self.path} {what}", hint=f"`cgdb import MAP --into {self.path}` makes a store")
+        self.stage = "opening"
+        self.failed: Exception | None = None
+        self._db: Database | None = None
+        self._ready = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self, opened: Callable[[Database], None], changed: Callable[[], None]) -> None:
+        """Begin. opened is called with the store, changed after each stage, both in the thread that loads."""
+        self._thread = threading.Thread(target=self._run, args=(opened, changed), name="cgdb-opening", daemon=True)
+        self._thread.start()
+
+    @property
+    def ready(self) -> bool:
+        """Whether the store can be asked, or could not be opened."""
+        return self._ready.is_set()
+
+    def database(self) -> Database:
+        """The open store; waits for it. Raises what opening it raised."""
+        if self._thread is None and self._db is None:
+            self._db = _open(self.path)
+            self._ready.set()
+        self._ready.wait()
+        if self._db is None:
+            assert self.failed is not None
+            raise self.failed
+        return self._db
+
+    def close(self) -> None:
+        """Give the files back, once what is being loaded is."""
+        if self._thread is not None:
+            self._thread.join(timeout=5)
+            if self._thread.is_alive():
+                # A daemon: it ends with the process, and the store is only read.
+                return
+        if self._db is not None:
+            self._db.close()
+
+    def _run(self, opened: Callable[[Database], None], changed: Callable[[], None]) -> None:
+        try:
+            db = _open(self.path)
+            self._db = db
+            self.stage = "indexes"
+            opened(db)
+            changed()
+            if db.scenes():
+                db.prepare()
+                self.stage = "encoder"
+                self._ready.set()
+                changed()
+                db.search("thing", k=1)
+        except Exception as error:  # noqa: BLE001 -- raised again by whoever asks for the store
+            # Of a damaged index or a missing encoder the next query tells in its own words.
+            if self._db is None:
+                self.failed = error
+        finally:
+            self.stage = ""
+            self._ready.set()
+            changed()
+
+
+def _open(path: Path) -> Database:
+    import cgdb
+
+    return cgdb.open(path)
