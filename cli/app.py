@@ -31,13 +31,19 @@ exit codes: 0 done, 1 check found something, 2 command line, 3 query text or nam
 """
 
 
+COMMANDS = frozenset(
+    ["demo", "import", "encode", "query", "search", "shell", "plot", "info", "log", "diff", "check", "export", "remove"]
+)
+"""The commands; tests/test_shell.py holds this against the parser."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit code. stdout is data, stderr is talk."""
     if hasattr(signal, "SIGPIPE"):
         # `cgdb query ... | head` ends quietly, as other tools do.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     try:
-        options = _parser().parse_args(arguments)
+        options = _options(sys.argv[1:] if arguments is None else arguments)
         command = getattr(import_module(options.module), options.function)
         return int(command(options) or 0)
     except CgdbError as error:
@@ -52,6 +58,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         _say(f"internal error: {type(error).__name__}: {error}\nhint: this is a bug in cgdb; CGDB_DEBUG=1 shows where")
         return 70
+
+
+def _options(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = _parser()
+    options, left = parser.parse_known_args(_with_shell(arguments))
+    # Before Python 3.13 argparse does not see an optional word that follows a flag: plot STORE -o FILE CGQL.
+    if left and getattr(options, "text", "") is None and not left[0].startswith("-"):
+        options.text, *left = left
+    if left:
+        parser.error(f"unrecognized arguments: {' '.join(left)}")
+    return options
+
+
+def _with_shell(arguments: Sequence[str]) -> list[str]:
+    """`cgdb STORE` is `cgdb shell STORE`, where STORE is a folder that is called as no command is."""
+    given = list(arguments)
+    if given and not given[0].startswith("-") and given[0] not in COMMANDS and os.path.isdir(given[0]):  # noqa: PTH112
+        return ["shell", *given]
+    return given
 
 
 def _say(text: str) -> None:
@@ -84,6 +109,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _importing(commands)
     _asking(commands)
+    _shell(commands)
     _store(commands)
     return parser
 
@@ -170,6 +196,48 @@ def _asking(commands: Any) -> None:
     _parameters(search)
     _encoders(search)
     _formats(search)
+
+
+class _Piece(argparse.Action):
+    """-c and -f, in the order in which they stand."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        kind = "text" if option_string in ("-c", "--command") else "file"
+        namespace.pieces = [*namespace.pieces, (kind, values)]
+
+
+def _shell(commands: Any) -> None:
+    shell = _command(
+        commands,
+        "shell",
+        "shell:shell",
+        "ask a store interactively, or run a script; `cgdb STORE` does the same",
+        """cgdb shell home.cgdb -c ':mode json' -c 'MATCH (o ~ "cup") RETURN o'""",
+    )
+    shell.add_argument("store", metavar="STORE")
+    shell.add_argument(
+        "-c", "--command", action=_Piece, dest="pieces", default=[], metavar="CGQL", help="run this, and end"
+    )
+    shell.add_argument(
+        "-f", "--file", action=_Piece, dest="pieces", metavar="FILE", help="run a file (- is stdin), and end"
+    )
+    shell.add_argument("--bail", action="store_true", help="stop at the first error")
+    shell.add_argument("-m", "--mode", help="how results are written: table, json, jsonl, csv, markdown or tree")
+    shell.add_argument("--no-rc", action="store_true", help="do not read the rc file")
+    _parameters(shell)
+
+    plot = _command(
+        commands,
+        "plot",
+        "plot:plot",
+        "draw the plan of a scene, with what a statement finds in it",
+        """cgdb plot home.cgdb -o plan.png 'MATCH (o ~ "lamp") RETURN o'""",
+    )
+    plot.add_argument("store", metavar="STORE")
+    plot.add_argument("text", metavar="CGQL", nargs="?", help="what to highlight; - reads it from stdin")
+    plot.add_argument("-o", "--output", required=True, metavar="FILE", help="the picture: .png, .pdf or .svg")
+    plot.add_argument("--scene", help="the scene; else the one with most of the result")
+    _parameters(plot)
 
 
 def _parameters(parser: argparse.ArgumentParser) -> None:
