@@ -72,20 +72,15 @@ def statement(component: Component, keys: Mapping[str, list[int]]) -> Statement:
     cypher = Cypher()
     alias = component.aliases
     lines: list[str] = []
-    # Keys are looked up one by one in the primary key's hash index; IN would scan the whole table for them.
-    bound = [name for name in alias if name in keys]
-    lines.extend(
-        f"UNWIND {cypher.parameter(keys[name])} AS k{i} MATCH ({alias[name]}:Node {{key: k{i}}})"
-        for i, name in enumerate(bound)
-    )
     chain = [
         f"({alias[edge.source]}:Node)-[{alias[edge.name]}:Rel]-{'>' * edge.directed}({alias[edge.target]}:Node)"
         for edge in component.edges
     ]
-    lone = [f"({alias[node.name]}:Node)" for node in component.nodes if not component.edges and node.name not in keys]
-    if chain or lone:
-        lines.append("MATCH " + ", ".join(chain or lone))
-    tests = [f"{alias[node.name]}.label = {cypher.parameter(node.label)}" for node in component.nodes if node.label]
+    lone = [f"({alias[node.name]}:Node)" for node in component.nodes if not component.edges]
+    lines.append("MATCH " + ", ".join(chain or lone))
+    # Not UNWIND and a look-up per key: kuzu 0.11.3 then joins with all relations, 3 to 8 times slower at 10,000 nodes.
+    tests = [f"{alias[name]}.key IN {cypher.parameter(keys[name])}" for name in alias if name in keys]
+    tests += [f"{alias[node.name]}.label = {cypher.parameter(node.label)}" for node in component.nodes if node.label]
     for edge in component.edges:
         if len(edge.labels) == 1:
             tests.append(f"{alias[edge.name]}.label = {cypher.parameter(edge.labels[0])}")
