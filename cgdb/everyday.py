@@ -646,7 +646,7 @@ foam: foam
 wax: wax
 round: round, spherical, circular, ball-shaped
 colorful: colorful, colourful, multicolored, multicoloured, multi-colored, rainbow, brightly colored
-white: white, cream, ivory, off-white
+white: white, cream, ivory, off-white, light colored, light-colored, pale
 black: black
 gray: gray, grey, silver, silvery
 brown: brown, tan, beige

@@ -39,6 +39,7 @@ class Facets:
 
     rest: the text that neither names a kind nor a trait and has to be matched by meaning; None where nothing is left.
     arguments: things that the use is done to ("take a laptop apart"): mentioned, and not what is looked for.
+    named: the words (singular) by which the kinds are named; what is left of the text are its particulars.
     """
 
     form: Form
@@ -46,6 +47,7 @@ class Facets:
     traits: tuple[int, ...] = ()
     rest: str | None = None
     arguments: tuple[int, ...] = ()
+    named: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,23 +90,24 @@ class Knowledge:
         left: list[str] = []
         at = 0
         while at < len(stems):
-            if stems[at] in _SHADES and at + 1 < len(stems) and self._is_color(stems[at + 1]):
-                at += 1  # "light brown" weighs nothing
-                continue
             for length in range(min(LONGEST_NAME, len(stems) - at), 0, -1):
                 trait = self.trait_by_name.get(tuple(stems[at : at + length]))
-                if trait is not None:
+                if trait is not None and not (length == 1 and self._is_shade(stems, at)):
                     traits.append(trait)
                     at += length
                     break
             else:
-                left.append(stems[at])
+                if not self._is_shade(stems, at):
+                    left.append(stems[at])
                 at += 1
         return traits, left
 
-    def _is_color(self, word: str) -> bool:
-        trait = self.trait_by_name.get((word,))
-        return word == "color" or (trait is not None and self.traits[trait] in everyday.COLORS)
+    def _is_shade(self, stems: Sequence[str], at: int) -> bool:
+        """Whether the word only shades the colour after it: "light brown" weighs nothing."""
+        if stems[at] not in _SHADES or at + 1 >= len(stems):
+            return False
+        trait = self.trait_by_name.get((stems[at + 1],))
+        return stems[at + 1] == "color" or (trait is not None and self.traits[trait] in everyday.COLORS)
 
     def stated(self, phrase: str) -> int:
         """The traits that a head phrase says of its object ("red wooden chair"), as a bit mask."""
@@ -135,11 +138,13 @@ class Knowledge:
             return self._of_generic(words)
         kinds: list[int] = []
         traits: list[int] = []
+        names: set[str] = set()
         for phrase in parsed.heads:
             stems = _stems(phrase)
             named = self.things_named(phrase)
             if named:
                 kinds.extend(named)
+                names.update(stems[self._name_start(stems) :])
                 traits.extend(self.traits_in(stems[: self._name_start(stems)])[0])
             else:
                 said, left = self.traits_in([s for s in stems if s not in FUNCTION_WORDS])
@@ -147,7 +152,12 @@ class Knowledge:
                     traits.extend(said)
         if kinds or traits:
             form: Form = "kind" if kinds else "traits"
-            return Facets(form=form, kinds=tuple(dict.fromkeys(kinds)), traits=tuple(dict.fromkeys(traits)))
+            return Facets(
+                form=form,
+                kinds=tuple(dict.fromkeys(kinds)),
+                traits=tuple(dict.fromkeys(traits)),
+                named=frozenset(names),
+            )
         verb = bool(words) and stem(words[0]) in self.verbs
         return Facets(form="use" if verb else "name", rest=text, arguments=self._arguments(words) if verb else ())
 
@@ -167,6 +177,9 @@ class Knowledge:
             at += 1
         traits: list[int] = []
         while at < len(words):
+            if words[at] == "made" and words[at + 1 : at + 2] in (["of"], ["from"]):
+                at += 2
+                continue
             if words[at] in _FILLERS:
                 at += 1
                 continue
@@ -220,6 +233,12 @@ class Knowledge:
         for word in asked & self.use_words.keys():
             cover[list(self.use_words[word])] += rarity[word] / whole
         return cover
+
+    def best_use(self, values: Floats) -> Floats:
+        """(m,) the largest of the values (u,) of each thing's uses; -inf for a thing without uses."""
+        best = np.full(len(self.names), -np.inf, dtype=np.float32)
+        np.maximum.at(best, self.use_of[:, 1], values[self.use_of[:, 0]])
+        return best
 
     def trait_degrees(self, trait: int, stated: NDArray[np.uint64], usual: Floats) -> Floats:
         """(n,) degree of rows to have a trait, by what the map states of them and what is usual for their things.

@@ -72,6 +72,7 @@ IRREGULAR: Mapping[str, str] = {
     "dice": "die", "oxen": "ox", "sheep": "sheep", "series": "series", "species": "species", "tv": "television",
     "tvs": "television", "fridge": "refrigerator", "fridges": "refrigerator", "sofas": "sofa", "photo": "photograph",
     "photos": "photograph", "grey": "gray", "colour": "color", "colours": "color", "coloured": "color",
+    "colored": "color",
     "centre": "center",
     "worn": "wear", "wore": "wear", "sat": "sit", "held": "hold", "kept": "keep", "drunk": "drink", "drank": "drink",
     "ate": "eat", "eaten": "eat", "slept": "sleep", "wrote": "write", "written": "write",

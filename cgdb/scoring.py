@@ -32,6 +32,9 @@ Rows = NDArray[np.int64]
 NEAR_ENOUGH = 0.55
 """Cosine from which a name that the table lacks ("voice assitant") is taken for the nearest thing that it has."""
 
+SMALL_GAP = 0.1
+"""Below this difference of mean cosines a space keeps texts and images together, and texts measure both."""
+
 MOST_SLOTS = 64
 """Texts or things of one object that are compared; a node with more is data, not a description."""
 
@@ -185,6 +188,20 @@ class _Lists:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _TextBackground:
+    """How near the everyday things' names are to each image: mean, spread (n,); and what tells a text from a picture.
+
+    centre: (d,) the mean of the names' vectors. Texts lie together in such spaces and images elsewhere, so a question
+    whose cosine with the centre reaches texts_from is a text; any other is a picture, and is measured by pictures.
+    """
+
+    mean: Floats
+    spread: Floats
+    centre: Floats
+    texts_from: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _View:
     """The rows that a question is asked of: all of the scene, or the few that a plan has left."""
 
@@ -219,7 +236,7 @@ class Scorer:
         self._embeddings = embeddings
         self._background = background
         self._image_rows: dict[str, NDArray[np.int64]] = {}
-        self._images: dict[str, tuple[Floats, Floats, tuple[Floats, Floats] | None]] = {}
+        self._images: dict[str, tuple[Floats, Floats, _TextBackground | None]] = {}
         for name, space in (spaces or {}).items():
             self._add_space(name, space)
         n, rows = len(index.keys), index.rows_of_entries()
@@ -246,8 +263,7 @@ class Scorer:
             parts["name"] = self._text_part(view, "name", head, names)
         if asks is not None:
             parts["known"] = self._known_part(view, asks, background)
-            words = self.index.words.degrees(meaning.text or "")
-            parts["words"] = words if view.rows is None else words[view.rows]
+            parts["words"] = self._words_part(view, meaning.text or "", asks)
         for name, vector in meaning.features.items():
             if name in self._images:
                 parts[f"image:{name}"] = self._image_part(view, name, _unit(vector))
@@ -284,17 +300,25 @@ class Scorer:
         known = (place < len(self.keys)) & (self.keys[np.minimum(place, len(self.keys) - 1)] == space.keys)
         rows[place[known]] = np.flatnonzero(known)
         self._image_rows[name] = rows
-        against = None
+        against: _TextBackground | None = None
         if space.background is not None:
             # Text and image features lie apart in such spaces: only images can be the measure of images, so each is
             # asked how near the everyday things are to it.
-            background = normalised(space.background).T
+            names = normalised(space.background)
+            background = names.T
             mean, spread = np.zeros_like(lengths), np.ones_like(lengths)
             for start in range(0, len(lengths), 8192):
                 rows_of = slice(start, start + 8192)
                 cosines = (space.vectors[rows_of] @ background) / lengths[rows_of, None]
                 mean[rows_of], spread[rows_of] = cosines.mean(axis=1), cosines.std(axis=1)
-            against = (mean, np.maximum(spread, np.float32(1e-3)))
+            centre = names.mean(axis=0)
+            gap = float(centre @ centre) - float(mean.mean()) if len(mean) else 0.0
+            against = _TextBackground(
+                mean=mean,
+                spread=np.maximum(spread, np.float32(1e-3)),
+                centre=centre,
+                texts_from=float(mean.mean()) + gap / 2 if gap > SMALL_GAP else -1.0,
+            )
         self._images[name] = (space.vectors, lengths, against)
 
     def _things(self) -> _Lists:
@@ -348,20 +372,34 @@ class Scorer:
         vectors, lengths, against = self._images[name]
         rows = self._image_rows[name] if view.rows is None else self._image_rows[name][view.rows]
         cosines = (vectors @ query) / lengths
-        z = contrast_others(cosines) if against is None else (cosines - against[0]) / against[1]
+        if against is not None and float(against.centre @ query) >= against.texts_from:
+            z = np.asarray((cosines - against.mean) / against.spread, dtype=np.float32)
+        else:
+            z = contrast_others(cosines)
         part = np.full(len(rows), np.nan, dtype=np.float32)
         part[rows >= 0] = z[rows[rows >= 0]]
         return self._calibrated("image", part)
+
+    def _words_part(self, view: _View, text: str, asks: Facets) -> Floats:
+        """(n,) the share of the question's words that a row has; of its particulars only, where its kind is known.
+
+        "A striped throw pillow" is no less a cushion for being called one; NaN where there are no particulars.
+        """
+        if not query_words(text, without=asks.named):
+            return np.full(len(view.keys), np.nan, dtype=np.float32)
+        words = self.index.words.degrees(text, without=asks.named)
+        words = np.where(np.diff(self.index.indptr) > 0, words, np.float32(np.nan))
+        return words if view.rows is None else words[view.rows]
 
     def _known_part(self, view: _View, asks: Facets, background: Floats | None) -> Floats:
         """(n,) what common knowledge says: kind, traits and use asked for, multiplied; NaN where it says nothing."""
         known = self._known
         part = np.full(len(view.keys), np.nan, dtype=np.float32)
         of_thing: Floats = np.ones(len(known.names), dtype=np.float32)
-        use = asks.rest is not None and background is not None
+        use = asks.rest is not None and (background is not None or asks.form == "use")
         if asks.kinds:
             of_thing = of_thing * known.kind_degrees(asks.kinds)
-        if use and background is not None:
+        if use:
             of_thing = of_thing * self._use_degrees(asks.rest or "", background)
         if asks.kinds or use:
             part = view.things.best(of_thing)
@@ -373,12 +411,17 @@ class Scorer:
             part = np.where(np.isfinite(part), part * untold, degree)
         return part
 
-    def _use_degrees(self, text: str, background: Floats) -> Floats:
-        """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name."""
+    def _use_degrees(self, text: str, background: Floats | None) -> Floats:
+        """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name.
+
+        Without vectors, by the share of the question's words that the use has.
+        """
+        cover = self._known.use_cover(text)
+        if background is None:
+            by_words = self._known.best_use(np.asarray(1.0 / (1.0 + np.exp(-8.0 * (cover - 0.5))), dtype=np.float32))
+            return np.maximum(by_words, 0.0)
         names, uses = background[: len(self._known.names)], background[len(self._known.names) :]
-        z = contrast(uses, uses) + np.float32(self._calibration.cover) * self._known.use_cover(text)
-        best = np.full(len(names), -np.inf, dtype=np.float32)
-        np.maximum.at(best, self._known.use_of[:, 1], z[self._known.use_of[:, 0]])
+        best = self._known.best_use(contrast(uses, uses) + np.float32(self._calibration.cover) * cover)
         return np.maximum(self._calibrated("use", best), self._calibrated("topic", contrast(names, names)))
 
     def _calibrated(self, name: str, z: Floats) -> Floats:
@@ -398,17 +441,22 @@ class Scorer:
                 has = np.isfinite(part)
                 total += np.float32(weight) * _log_odds(np.where(has, part, 0.5))
                 mass += np.float32(weight) * has
-        words = parts.get("words")
         pooled = total / (mass + np.float32(DOUBT))
-        if words is not None:
-            alone = np.float32(8.0) * (words - np.float32(0.5))
-            pooled = np.where(mass > 0, pooled + np.float32(self._calibration.words[form]) * words, alone)
+        words = parts.get("words")
+        spoken = np.zeros(n, dtype=bool) if words is None else np.isfinite(words)
+        if words is not None and spoken.any():
+            # Half of the particulars is what one may expect of a short caption. With nothing else to go by, the share
+            # of the words is the degree.
+            weight, expected = self._calibration.words[form], 0.5 if form == "kind" else 0.0
+            told = pooled + np.float32(weight) * (words - np.float32(expected))
+            told = np.where(mass > 0, told, np.float32(8.0) * (words - np.float32(0.5)))
+            pooled = np.where(spoken, told, pooled)
         if asks is not None and asks.arguments:
             is_argument = np.asarray(self._known.is_a[:, list(asks.arguments)].any(axis=1), dtype=np.float32)
             mentioned = np.nan_to_num(view.things.best(is_argument), nan=0.0)
             pooled = pooled - np.float32(self._calibration.argument) * mentioned
         degree = 1.0 / (1.0 + np.exp(-pooled))
-        return np.where((mass > 0) | (words is not None), degree, 0.0).astype(np.float32)
+        return np.where((mass > 0) | spoken, degree, 0.0).astype(np.float32)
 
 
 def contrast(cosines: Floats, background: Floats) -> Floats:

@@ -19,7 +19,7 @@ from cgdb.errors import CorruptionError
 from cgdb.knowledge import knowledge
 from cgdb.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
-FORMAT = 1
+FORMAT = 2
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
 
 MOST_TEXT_PROPERTIES = 32
@@ -179,7 +179,7 @@ class TextIndex:
     def open(cls, path: Path) -> TextIndex:
         """Read the file that save() wrote. CorruptionError where it is none, is cut short, or is of another format."""
         try:
-            with np.load(path, allow_pickle=False) as arrays:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
                 if int(arrays["format"][0]) != FORMAT:
                     raise ValueError(f"it is of format {int(arrays['format'][0])}, expected {FORMAT}")
                 if unpack_strings(arrays["knowledge"]) != [knowledge().version]:
@@ -251,7 +251,6 @@ def texts_of(node: Node, parses: dict[str, Parse] | None = None) -> list[tuple[S
 
     add(Source.NAME, node.tag)
     if node.label and node.label != "Object":
-        add(Source.NAME, node.properties.get("name"))
         add(Source.NAME, node.label)
     if node.caption:
         caption = " ".join(node.caption.split())

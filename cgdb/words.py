@@ -202,8 +202,9 @@ def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bo
             if segment and found[segment[-1]] not in DEPICTIONS:
                 contents = range(i + 1, _phrase_end(found, i + 1))
             break
-        if token in ("or", "/") and has_noun:
-            close()
+        if token in ("or", "/"):
+            if has_noun:
+                close()
             continue
         if token == "and" and segment and following in PRONOUNS:
             break
@@ -342,34 +343,42 @@ class WordIndex:
             weights=best.astype(np.float32),
         )
 
-    def degrees(self, text: str) -> NDArray[np.float32]:
+    def degrees(self, text: str, *, without: frozenset[str] = frozenset()) -> NDArray[np.float32]:
         """(n,) float32 in [0, 1]: the share of what the text asks for that each row's words cover.
 
-        A row that lacks the head noun of the question cannot reach 0.5 by the words of its context.
+        A row that lacks the head noun of the question cannot reach 0.5 by the words of its context. without: words
+        (singular) that are judged elsewhere and left out here.
         """
         total = np.zeros(self.n, dtype=np.float32)
-        asked = query_words(text)
+        asked = query_words(text, without=without)
         whole = sum(weight for _, weight in asked)
         if whole == 0.0:
             return total
+        head = np.zeros(self.n, dtype=np.float32)
+        named = any(word.role is Role.HEAD for word, _ in asked)
         for word, weight in asked:
-            self._add_cover(word, np.float32(weight / whole), total)
+            cover = self._cover(word)
+            total += np.float32(weight / whole) * cover
+            if word.role is Role.HEAD:
+                np.maximum(head, cover, out=head)
+        if named:
+            total *= np.float32(0.5) + np.float32(0.5) * head
         return np.minimum(total, 1.0, out=total)
 
-    def _add_cover(self, word: Word, weight: np.float32, total: NDArray[np.float32]) -> None:
-        if word.joined is None and len(word.stems) == 1:
-            rows, weights = self.postings(word.stems[0])
-            total[rows] += weight * weights
-            return
-        cover = np.ones(self.n, dtype=np.float32)
-        for part in word.stems:
+    def _cover(self, word: Word) -> NDArray[np.float32]:
+        """(n,) how well each row has the word; one of several parts ("t-shirt") as well as its worst part."""
+        cover = np.zeros(self.n, dtype=np.float32)
+        rows, weights = self.postings(word.stems[0])
+        cover[rows] = weights
+        for part in word.stems[1:]:
             one = np.zeros(self.n, dtype=np.float32)
             rows, weights = self.postings(part)
             one[rows] = weights
             np.minimum(cover, one, out=cover)
-        rows, weights = self.postings(word.joined or "")
-        cover[rows] = np.maximum(cover[rows], weights)
-        total += weight * cover
+        if word.joined is not None:
+            rows, weights = self.postings(word.joined)
+            cover[rows] = np.maximum(cover[rows], weights)
+        return cover
 
     def postings(self, term: str) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
         """Rows and weights of one stem; empty where no row has it."""
@@ -416,12 +425,14 @@ def head_phrase(text: str) -> str | None:
 QUERY_ROLE_WEIGHT: Mapping[Role, float] = {Role.HEAD: 1.0, Role.MODIFIER: 0.5, Role.CONTEXT: 0.3}
 
 
-def query_words(text: str) -> list[tuple[Word, float]]:
+def query_words(text: str, *, without: frozenset[str] = frozenset()) -> list[tuple[Word, float]]:
     """The words of a question that carry information, each once, with their weights (not normalised)."""
     parsed = parse(text)
     best: dict[tuple[str, ...], tuple[Word, float]] = {}
     for word in parsed.words:
         weight = word.weight * QUERY_ROLE_WEIGHT[word.role]
+        if singular(word.text) in without:
+            continue
         if weight > 0.0 and (word.stems not in best or best[word.stems][1] < weight):
             best[word.stems] = (word, weight)
     return list(best.values())
