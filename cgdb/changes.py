@@ -11,6 +11,7 @@ from sqlalchemy import Connection, Table, or_, select
 from cgdb import history, rows, schema
 from cgdb.errors import CorruptionError
 from cgdb.rows import MASK, RelationRow
+from cgdb.verify import COLUMNS, verified
 
 _Name: TypeAlias = tuple[Any, ...]
 
@@ -101,7 +102,7 @@ def _contents(
 ) -> dict[_Name, int]:
     columns = [table.c[name] for name in (*names, "rev_from", "rev_to", "seal")]
     found = connection.execute(select(*columns).where(_touched(table, scene_id, revision, ends)))
-    return {tuple(row[:-3]): rows.seal(row[-1], row[-3], row[-2]) for row in found}
+    return {tuple(row[:-3]): rows.seal(row[-1], row[-3], row[-2]) for row in found.all()}
 
 
 def _relations(
@@ -109,25 +110,8 @@ def _relations(
 ) -> dict[int, RelationRow]:
     table = schema.relations.c
     found = connection.execute(
-        select(
-            table.source,
-            table.target,
-            table.label,
-            table.origin,
-            table.confidence,
-            table.explanation,
-            table.rev_from,
-            table.rev_to,
-            table.seal,
-        )
+        select(*(table[name] for name in COLUMNS["relations"]))
         .where(_touched(schema.relations, scene_id, revision, ends))
         .order_by(table.source, table.target, table.label, table.origin)
     )
-    relations: dict[int, RelationRow] = {}
-    for row in found:
-        payload = tuple(row[:6])
-        digest = rows.seal(row[8], row[6], row[7])
-        if digest != rows.relation_digest(scene_id, payload):
-            raise CorruptionError(f"scene '{scene}': a relation {row[2]!r} of revision {revision} is damaged")
-        relations[digest] = rows.relation_row(payload)
-    return relations
+    return dict(verified("relations", scene_id, scene, row) for row in found.all())

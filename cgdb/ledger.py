@@ -45,6 +45,7 @@ class Ledger:
         self.store_id = store_id
         self._engine = engine
         self._closed = False
+        self._sound: reader.Sound = set()
 
     @classmethod
     def open(cls, path: Path, *, create: bool = False, read_only: bool | None = None, patience: float = 10.0) -> Ledger:
@@ -133,11 +134,11 @@ class Ledger:
 
     def nodes_by_key(self, info: SceneInfo, keys: Iterable[int]) -> dict[int, NodeRow]:
         """The objects and places among keys."""
-        return reader.nodes_by_key(self._reading, info, keys)
+        return reader.nodes_by_key(self._reading, info, self._sound, keys)
 
     def node_by_id(self, info: SceneInfo, id: ObjectId) -> NodeRow | None:
         """The object or place with an id."""
-        return reader.node_by_id(self._reading, info, rows.id_text(id))
+        return reader.node_by_id(self._reading, info, self._sound, rows.id_text(id))
 
     def relations(self, info: SceneInfo, *, batch: int = 8192) -> Iterator[list[RelationRow]]:
         """All relations, by source, target, label and origin."""
@@ -157,11 +158,11 @@ class Ledger:
         self, info: SceneInfo, space: str, keys: Iterable[int]
     ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         """The vectors of a space that nodes among keys have, by key: keys (b,) and vectors (b, d)."""
-        return reader.features_by_key(self._reading, info, space, _dimension(info, space), keys)
+        return reader.features_by_key(self._reading, info, self._sound, space, _dimension(info, space), keys)
 
     def cloud(self, info: SceneInfo, key: int) -> Cloud | None:
         """Points (n, 3) float32 m and colors (n, 3) uint8 of a node."""
-        return reader.cloud(self._reading, info, key)
+        return reader.cloud(self._reading, info, self._sound, key)
 
     def changes(self, scene_id: int, a: int, b: int) -> Changes:
         """What turns a scene at revision a into the same scene at revision b."""
@@ -286,7 +287,8 @@ class Ledger:
             try:
                 yield connection
             except BaseException:
-                sqlite.abandon(connection)
+                # Not given back to the pool: after an interrupt nobody knows its state.
+                connection.invalidate()
                 raise
 
 

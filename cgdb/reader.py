@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Column, Connection, Row, Select, Table, func, select, true, tuple_
+from sqlalchemy import Column, Connection, Row, Select, Table, select, true, tuple_
 from sqlalchemy.sql.elements import ColumnElement
 
 from cgdb import history, schema
@@ -21,6 +21,9 @@ from cgdb.verify import COLUMNS, Cloud, verified
 
 Reading: TypeAlias = Callable[[], AbstractContextManager[Connection]]
 """Opens a connection on one snapshot, with errors already translated."""
+
+Sound: TypeAlias = set[tuple[int, int, str]]
+"""Scene, revision and part of what was once read through and found whole."""
 
 _ASKED_AT_ONCE = 1000  # keys in one IN (...): far below SQLite's limit of 32,766 parameters
 
@@ -205,27 +208,26 @@ def _salvaged(
 # --- some rows -------------------------------------------------------------------------------------------------------
 
 
-def nodes_by_key(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> dict[int, NodeRow]:
+def nodes_by_key(reading: Reading, info: SceneInfo, sound: Sound, keys: Iterable[int]) -> dict[int, NodeRow]:
     """The live nodes among keys."""
     found: dict[int, NodeRow] = {}
-    asked = 0
+    asked: set[int] = set()
     for some in _chunks(keys):
-        asked += len(set(some))
+        asked.update(some)
         with reading() as connection:
             raw = connection.execute(_live("nodes", info).where(schema.nodes.c.key.in_(some))).all()
         for row in raw:
             found[row[0]] = verified("nodes", info.id, info.name, row)[1]
-    if len(found) < asked:
-        _prove_complete(reading, info, schema.nodes, "nodes")
+    _prove_absent(reading, info, sound, "nodes", schema.nodes.c.key, asked - found.keys())
     return found
 
 
-def node_by_id(reading: Reading, info: SceneInfo, ident: str) -> NodeRow | None:
+def node_by_id(reading: Reading, info: SceneInfo, sound: Sound, ident: str) -> NodeRow | None:
     """The live node with an id, given as stored text."""
     with reading() as connection:
         row = connection.execute(_live("nodes", info).where(schema.nodes.c.id == ident)).first()
     if row is None:
-        _prove_complete(reading, info, schema.nodes, "nodes", ident)
+        _prove_absent(reading, info, sound, "nodes", schema.nodes.c.id, [ident])
         return None
     node: NodeRow = verified("nodes", info.id, info.name, row)[1]
     return node
@@ -246,45 +248,63 @@ def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list
 
 
 def features_by_key(
-    reading: Reading, info: SceneInfo, space: str, dimension: int, keys: Iterable[int]
+    reading: Reading, info: SceneInfo, sound: Sound, space: str, dimension: int, keys: Iterable[int]
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """The vectors of a space among keys, by key."""
     table = schema.features.c
     part = f"features:{space}"
     found: list[tuple[int, bytes]] = []
-    for some in _chunks(sorted(set(keys))):
+    asked = sorted(set(keys))
+    for some in _chunks(asked):
         statement = _live(part, info).where(table.key.in_(some))
         with reading() as connection:
             raw = connection.execute(statement.order_by(table.key)).all()
         found.extend((row[0], verified(part, info.id, info.name, row)[1]) for row in raw)
+    _prove_absent(reading, info, sound, part, table.key, set(asked) - {key for key, _ in found})
     return _matrix(found, dimension)
 
 
-def cloud(reading: Reading, info: SceneInfo, key: int) -> Cloud | None:
+def cloud(reading: Reading, info: SceneInfo, sound: Sound, key: int) -> Cloud | None:
     """The point cloud of one node."""
     with reading() as connection:
         row = connection.execute(_live("clouds", info).where(schema.clouds.c.key == key)).first()
-    return None if row is None else verified("clouds", info.id, info.name, row)[1]
+    if row is None:
+        _prove_absent(reading, info, sound, "clouds", schema.clouds.c.key, [key])
+        return None
+    found: Cloud = verified("clouds", info.id, info.name, row)[1]
+    return found
 
 
-def _prove_complete(reading: Reading, info: SceneInfo, table: Table, part: str, ident: str | None = None) -> None:
-    """After a miss: CorruptionError unless the table, read past its indexes, has all its rows and not the one asked.
+def _prove_absent(
+    reading: Reading, info: SceneInfo, sound: Sound, part: str, column: Column[Any], missing: Iterable[int | str]
+) -> None:
+    """After a miss: CorruptionError unless all rows of the part are there, and none of them is one that was asked for.
 
-    A damaged index page makes SQLite miss rows without a word; an object that was not found is reason to look.
+    A damaged index page makes SQLite miss rows without a word, and so does damage to the very number that is looked
+    for. So the whole part is read and verified, once per revision; then the table is read past its indexes.
     """
-    columns = table.c
+    values = set(missing)
+    if not values:
+        return
+    table, condition = _table(part)
     # `+ 0` keeps the planner from using an index, in any engine.
-    where = (columns.scene_id + 0 == info.id) & schema.live(table, info.revision)
-    hit = func.coalesce(func.sum(columns.id == ident if ident is not None else columns.key < 0), 0)
+    where = (table.c.scene_id + 0 == info.id) & condition & schema.live(table, info.revision)
     with reading() as connection:
         header = history.read_header(connection, info.id, info.name, info.revision)
-        count, hits = connection.execute(select(func.count(), hit).select_from(table).where(where)).one()
-    expected = 0 if header is None else header.totals.get(part, (0, 0))[0]
-    if count != expected or hits:
+        expected = 0 if header is None else header.totals.get(part, (0, 0))[0]
+        if expected == 0:
+            return
+        there = connection.execute(select(column).where(where)).scalars().all()
+    if len(there) != expected or not values.isdisjoint(there):
         raise CorruptionError(
             f"scene '{info.name}': {part} cannot be looked up: the ledger's index does not fit its rows",
             hint="`cgdb check` tells what can still be read",
         )
+    # Not the clouds: they are too large to be read for a miss.
+    if part != "clouds" and (info.id, info.revision, part) not in sound:
+        for _ in _pages(reading, info, part, 4096, None, schema.live(table, info.revision)):
+            pass
+        sound.add((info.id, info.revision, part))
 
 
 def _select(part: str) -> Select[Any]:

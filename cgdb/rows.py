@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.errors import SceneError
+from cgdb.errors import CorruptionError, SceneError
 from cgdb.scene import ObjectId, Place, PropertyValue, Relation, SceneObject, canonical_id
 
 MASK = 2**63 - 1
@@ -32,10 +32,6 @@ NodePayload: TypeAlias = tuple[
 
 RelationPayload: TypeAlias = tuple[int, int, str, str, float, str | None]
 """source, target, label, origin, confidence, explanation."""
-
-
-class RowDamageError(ValueError):
-    """A row does not decode, or not to what its seal says. The ledger turns it into a CorruptionError with a place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,11 +129,15 @@ def record_digest(values: Sequence[object]) -> int:
 
 def seal(digest: int, rev_from: int, rev_to: int | None) -> int:
     """The digest mixed with the row's revisions. Its own inverse: ``seal(seal(d, a, b), a, b) == d``."""
-    # Odd factors: no two revisions give the same mark.
-    mark = rev_from * 0x1E3779B97F4A7C15
-    if rev_to is not None:
-        mark ^= (rev_to + 1) * 0x42B2AE3D27D4EB4F
-    return digest ^ (mark & MASK)
+    try:
+        # Odd factors: no two revisions give the same mark.
+        mark = rev_from * 0x1E3779B97F4A7C15
+        if rev_to is not None:
+            mark ^= (rev_to + 1) * 0x42B2AE3D27D4EB4F
+        return digest ^ (mark & MASK)
+    except TypeError:
+        # SQLite's columns take any type: a damaged row may hold text or bytes where numbers were.
+        raise CorruptionError("a row of the ledger is damaged: its revisions or its seal are no numbers") from None
 
 
 # --- objects and places ----------------------------------------------------------------------------------------------

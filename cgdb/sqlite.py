@@ -57,7 +57,15 @@ def engine(path: Path, *, read_only: bool, patience: float) -> Engine:
 
     built = create_engine("sqlite://", creator=connect, poolclass=QueuePool, pool_size=4, max_overflow=-1)
     event.listen(built, "begin", _begin)
+    event.listen(built, "invalidate", _roll_back)
     return built
+
+
+def _roll_back(connection: sqlite3.Connection, *_: object) -> None:
+    # Closing alone does not free the write lock: the traceback of an interrupt keeps the cursor, the cursor its
+    # statement, and SQLite the transaction for as long as that statement lives.
+    with contextlib.suppress(sqlite3.Error):
+        connection.rollback()
 
 
 def _begin(connection: Connection) -> None:
@@ -69,19 +77,6 @@ def _begin(connection: Connection) -> None:
 def writing(database: Engine) -> Connection:
     """A connection whose transactions hold the write lock from their beginning."""
     return database.connect().execution_options(cgdb_write=True)
-
-
-def abandon(connection: Connection) -> None:
-    """Undo what a transaction has done, and close its connection: after an interrupt nobody knows its state.
-
-    The rollback is said aloud, for closing alone does not free the lock: the traceback of an interrupt keeps the
-    cursor, the cursor its statement, and SQLite the transaction for as long as that statement lives.
-    """
-    raw = connection.connection.dbapi_connection if not connection.invalidated else None
-    if raw is not None:
-        with contextlib.suppress(sqlite3.Error):
-            raw.rollback()
-    connection.invalidate()
 
 
 def set_user_version(connection: Connection, version: int) -> None:
@@ -124,6 +119,12 @@ def translated(path: Path, doing: str) -> Iterator[None]:
         raise
     except sqlite3.Error as error:
         raise translate(error, path, doing) from error
+    except UnicodeDecodeError as error:
+        # sqlite3 stumbles over its own message where that quotes a damaged schema. A block that writes runs code of
+        # the caller, whose error this may be.
+        if doing != "reading":
+            raise
+        raise translate(sqlite3.DatabaseError("malformed database schema"), path, doing) from error
 
 
 def translate(error: BaseException, path: Path, doing: str) -> CgdbError:

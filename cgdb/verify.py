@@ -37,7 +37,7 @@ COLUMNS = {
 }
 """What is read of each table, in the order that ``verified`` takes."""
 
-_UNDECODABLE = (struct.error, ValueError, TypeError, AttributeError, OverflowError, KeyError)
+_UNDECODABLE = (struct.error, ValueError, TypeError, AttributeError, OverflowError, KeyError, CorruptionError)
 """What decoding a damaged row may raise before its seal is compared."""
 
 

@@ -114,8 +114,8 @@ def test_ctrl_c_at_any_instant(tmp_path: Path, times: int) -> None:
     body = """
 signal.signal(signal.SIGINT, signal.default_int_handler)
 with Ledger.open(PATH, create=True) as ledger:
-    print("ready", flush=True)
     try:
+        print("ready", flush=True)
         while True:
             print(write(ledger, ledger.revision() + 1), flush=True)
     except KeyboardInterrupt:
@@ -202,11 +202,17 @@ def _ids(ledger: Ledger) -> object:
     return [None if node is None else (node.key, node.tag) for node in (ledger.node_by_id(info, i) for i in (0, 77))]
 
 
+def _some_vectors(ledger: Ledger) -> object:
+    keys, vectors = ledger.features_by_key(ledger.scene("lab"), "clip", [2, 3, 64, 121])
+    return keys.tolist(), vectors.tolist()
+
+
 READINGS: list[Reading] = [
     _graph(1),
     _graph(2),
     _some_nodes,
     _ids,
+    _some_vectors,
     lambda ledger: ledger.revisions(),
     lambda ledger: ledger.scenes(),
     lambda ledger: ledger.changes(1, 1, 2).relations_added,
