@@ -16,8 +16,8 @@ def texts() -> tuple[str, ...]:
 
 
 def names() -> tuple[str, ...]:
-    """The names of things among texts(), which they begin with: the background of an image space."""
-    return knowledge().names
+    """The names that texts() begin with, one per line of the table: what a question is contrasted with."""
+    return knowledge().names[: knowledge().n_lines]
 
 
 def version() -> str:

@@ -3,7 +3,8 @@
 A caption says "a wicker basket"; nobody writes down that one can carry things in it, that it weighs little, and that
 it is no bag. Questions ask for exactly that ("something light to carry my washing in, not a bag").
 
-names: the first is the thing's own, the rest mean the same. kinds: what it is one of (names of other lines); traits
+names: the first is the thing's own, those after a comma mean the same; after a semicolon stands a kind of it, which
+shares all that the line says. kinds: what it is one of (names of other lines); traits
 and uses are inherited from them unless a line says otherwise. traits: size (tiny small medium large huge), weight
 (light middling heavy), firmness (soft firm rigid), materials, and plain properties; of size, weight and firmness a
 line has one each. An indented line goes on with the one before. uses: what one does with it, as one would end the
@@ -79,7 +80,7 @@ railing, handrail, banister | structure | large heavy rigid fixed metal | hold o
 door, wooden door, front door, doorway, sliding door, glass door, double door, gate | structure | large heavy rigid
     wood fixed | enter or leave a room, unlock with a key, open and close
 door handle, doorknob, door knob, handle, knob, door lock | small fixture | small light rigid metal | open a door with
-lock, padlock, deadbolt, bike lock | small fixture | small light rigid metal | lock something, keep thieves out,
+lock, padlock, deadbolt; bike lock | small fixture | small light rigid metal | lock something, keep thieves out,
     unlock with a key
 key, keys, house key, car key | small object | tiny light rigid metal | unlock a door with
 small fixture | | small light rigid fixed |
@@ -102,11 +103,11 @@ outlet, electrical outlet, power outlet, wall socket, socket, plug socket, wall 
 light switch, switch, wall switch, dimmer, power switch, switchboard, control panel | small fixture | small light
     rigid plastic fixed electric | turn the lights on or off
 thermostat, temperature control | small fixture | small light rigid plastic fixed electric | set the room temperature
-smoke detector, smoke alarm, fire alarm, alarm, sprinkler, carbon monoxide detector | small fixture | small light
+alarm; smoke detector, smoke alarm, fire alarm; sprinkler; carbon monoxide detector | small fixture | small light
     rigid plastic electric | warn of a fire
 fire extinguisher | safety equipment | medium middling rigid metal | put out a fire
 safety equipment | | rigid | stay safe in an emergency
-elevator, lift, escalator | structure | huge heavy rigid metal | go up to another floor
+lift; elevator; escalator | structure | huge heavy rigid metal | go up to another floor
 light source, light, lighting | | electric | light up the room, see in the dark
 lamp, table lamp, desk lamp, bedside lamp, reading lamp | light source | medium light rigid electric | read by in the
     evening
@@ -122,21 +123,22 @@ candle, tealight, tea light, candlestick, hurricane candle, scented candle | lig
 lantern, candle lantern, oil lamp | light source | small light rigid glass metal | carry a light outside
 flashlight, torch, headlamp | light source, tool | small light rigid | find your way in the dark
 flame, fire, campfire | light source | | keep warm by
-textile, cloth, fabric, piece of cloth, rag | | light soft fabric | cut and sew something from, wrap around
+textile, cloth, fabric, piece of cloth, rag | | light soft fabric | sew clothes or curtains from, wrap around
 rug, carpet, mat, area rug, floor mat, doormat, bath mat, bathmat, carpeting, runner | textile | large middling soft
     fabric | walk on barefoot, cover the floor, wipe your feet on
 pillow, throw pillow, bed pillow | bedding, cushion | medium light soft fabric | rest your head on, sleep on
 cushion, throw pillow, seat cushion, back cushion, couch cushion, sofa cushion, floor cushion | textile | medium light
     soft fabric | put behind your back, pad a hard chair with
 bedding, bed linen | textile | light soft fabric | sleep under or on
-blanket, throw, throw blanket, quilt, duvet, comforter, bedspread, afghan | bedding | medium light soft fabric | keep
-    warm under, wrap yourself in, cover up with
-bed sheet, sheet, fitted sheet, linen, pillowcase | bedding | medium light soft fabric | cover a mattress with
+cover; blanket, throw, throw blanket, afghan; quilt; duvet, comforter, bedspread | bedding | medium light soft fabric
+    | keep warm under, wrap yourself in, cover up with
+bed sheet, sheet, fitted sheet, linen; pillowcase | bedding | medium light soft fabric | cover a mattress with
 mattress, air mattress | bedding | large heavy soft foam | sleep on
 towel, bath towel, hand towel, beach towel, washcloth, dish towel, tea towel, dishcloth | textile | small light soft
     fabric | dry yourself after a shower, dry your hands, wipe up a spill
 tablecloth, table cloth, table runner, placemat | textile | medium light soft fabric | protect the table
-tapestry, flag, banner, bunting, wall hanging | textile, decoration | large light soft fabric | decorate a wall with
+wall textile; tapestry, wall hanging; flag; banner; bunting | textile, decoration | large light soft fabric | decorate
+    a wall with
 bathroom fixture | | large heavy rigid ceramic fixed |
 toilet, toilet bowl, toilet seat, urinal, lavatory | bathroom fixture | large heavy rigid ceramic | go to the bathroom
 sink, washbasin, kitchen sink, bathroom sink, basin, wash basin | bathroom fixture | medium heavy rigid ceramic | wash
@@ -154,14 +156,14 @@ soap dispenser, hand sanitizer, sanitizer, hand sanitizer dispenser | toiletry |
     your hands and kill germs with
 shampoo, conditioner, shampoo bottle | toiletry | small light liquid | wash your hair with
 toothbrush, electric toothbrush | toiletry | small light rigid plastic | brush your teeth with
-toothpaste, mouthwash, dental floss | toiletry | small light | clean your teeth with
-lotion, cream, moisturizer, hand cream, sunscreen, sun cream, perfume, deodorant | toiletry | small light | look after
-    your skin, protect your skin
+mouth care; toothpaste; mouthwash; dental floss | toiletry | small light | clean your teeth with
+skin product; lotion, cream, moisturizer, hand cream; sunscreen, sun cream; perfume; deodorant | toiletry | small
+    light | look after your skin, protect your skin
 razor, shaver, electric shaver | toiletry | small light sharp | shave with
 hairbrush, comb, hair brush | toiletry | small light rigid plastic | brush your hair with
 hair dryer, hairdryer, blow dryer | toiletry, appliance | small light rigid plastic electric noisy | dry your hair
     with
-hair tie, hairpin, hair clip, barrette | toiletry | tiny light | tie back your hair
+hair accessory; hair tie; hairpin; hair clip, barrette | toiletry | tiny light | tie back your hair
 toilet paper, toilet roll | paper product | small light soft paper | use in the bathroom
 tissue, tissue box, tissues, kleenex, box of tissues, box of kleenex, napkin, napkins | paper product | small light
     soft paper | blow your nose with, wipe your mouth with
@@ -174,7 +176,8 @@ scale, bathroom scale, kitchen scale, weighing scale | measuring instrument | me
     or things on
 cleaning product, cleaning supply, cleaning supplies, detergent, cleaner, bleach, disinfectant, laundry detergent,
     cleaning spray | | small light liquid | clean things with, remove stains
-broom, brush, dustpan, whisk broom, scrub brush | cleaning tool | medium light rigid | sweep the floor with
+sweeping tool; broom, whisk broom; brush, scrub brush; dustpan | cleaning tool | medium light rigid | sweep the floor
+    with
 mop, mop bucket | cleaning tool | medium light | mop the floor with
 sponge, scrubber, scouring pad | cleaning tool | small light soft foam | wash the dishes with, scrub with
 vacuum cleaner, vacuum, hoover, robot vacuum, roomba | cleaning tool, appliance | medium middling rigid plastic
@@ -212,7 +215,7 @@ umbrella, parasol | accessory | medium light waterproof | stay dry in the rain
 kitchenware | | small rigid |
 dish, dishes, dishware, crockery, tableware | kitchenware | small light rigid ceramic fragile | eat from, serve food
     on
-plate, dinner plate, saucer, platter, tray, serving tray, glass plate | dish | small light rigid ceramic fragile |
+plate, dinner plate, glass plate, saucer; platter; tray, serving tray | dish | small light rigid ceramic fragile |
     serve food on
 bowl, salad bowl, mixing bowl, soup bowl, fruit bowl | dish, container | small light rigid ceramic fragile | eat soup
     or cereal from, mix ingredients in
@@ -222,7 +225,7 @@ mug, coffee mug, travel mug, tumbler | cup | small light rigid ceramic | drink s
 drinking vessel | container | small light rigid | drink from
 drinking glass, wine glass, glass cup, beer glass, champagne glass, goblet, water glass | drinking vessel | small
     light rigid glass transparent fragile | drink water or wine from
-water bottle, thermos, flask, sports bottle, canteen | drinking vessel | small light rigid plastic | take water along,
+water bottle, sports bottle, canteen; thermos, flask | drinking vessel | small light rigid plastic | take water along,
     stay hydrated
 bottle, glass bottle, plastic bottle, wine bottle, spray bottle | container | small light rigid | keep liquid in
 jar, glass jar, mason jar, canister, tin | container | small light rigid glass | store food in
@@ -231,33 +234,34 @@ teapot, kettle, tea kettle, electric kettle | kitchenware, appliance | small lig
     tea with
 can, tin can, aluminum can | container | small light rigid metal | keep drinks or food in
 cutlery, silverware, utensil, utensils, kitchen utensil | kitchenware | small light rigid metal | eat with
-fork, spoon, chopsticks, teaspoon, ladle, spatula, whisk, tongs | cutlery | small light rigid metal | eat or stir food
-    with
+eating utensil; fork; spoon, teaspoon; chopsticks; ladle; spatula; whisk; tongs | cutlery | small light rigid metal |
+    eat or stir food with
 knife, kitchen knife, chef knife, steak knife | cutlery, tool | small light rigid metal sharp | cut food with, slice
     bread with
 cutting board, chopping board | kitchenware | small light rigid wood | cut vegetables on
 cookware | kitchenware | small middling rigid metal | cook with
-pan, frying pan, skillet, wok, saucepan, cooking pot, pot, stockpot, baking tray, casserole | cookware | small
+pan, frying pan, skillet; wok; saucepan; pot, cooking pot, stockpot; baking tray; casserole | cookware | small
     middling rigid metal | fry eggs in, cook soup in
-bottle opener, can opener, corkscrew, opener | kitchenware, tool | small light rigid metal | open a bottle or can with
+opener; bottle opener; can opener; corkscrew | kitchenware, tool | small light rigid metal | open a bottle or can with
 food storage container, lunch box, lunchbox, tupperware, food container | container | small light rigid plastic | keep
     leftovers in, take lunch along
 appliance, kitchen appliance, household appliance | device | rigid electric |
 device, electronic device, machine, electronics | | rigid electric |
 refrigerator, freezer, mini fridge, icebox, cooler, ice box | appliance | large heavy rigid metal cold | keep food and
     drinks cold
-oven, stove, cooker, range, stovetop, cooktop, hob, grill, barbecue, bbq | appliance | large heavy rigid metal hot |
-    bake or cook food with
+cooking appliance; oven; stove, cooker, range, stovetop, cooktop, hob; grill, barbecue, bbq | appliance | large heavy
+    rigid metal hot | bake or cook food with
 microwave, microwave oven | appliance | medium middling rigid metal | heat up food quickly
 dishwasher | appliance | large heavy rigid metal | wash dishes in
-washing machine, washer, clothes dryer, dryer, tumble dryer | appliance | large heavy rigid metal noisy | wash or dry
-    clothes in
+laundry machine; washing machine, washer; clothes dryer, dryer, tumble dryer | appliance | large heavy rigid metal
+    noisy | wash or dry clothes in
 toaster, toaster oven, sandwich maker | appliance | small light rigid metal | toast bread in
-coffee machine, coffee maker, espresso machine, coffeemaker, coffee grinder | appliance | medium middling rigid | make
+coffee machine, coffee maker, espresso machine, coffeemaker; coffee grinder | appliance | medium middling rigid | make
     coffee with
-blender, mixer, food processor, juicer | appliance | small middling rigid noisy | make a smoothie with, mix
-    ingredients with
-rice cooker, slow cooker, air fryer, pressure cooker | appliance | medium middling rigid | cook rice or a meal in
+kitchen machine; blender; mixer; food processor; juicer | appliance | small middling rigid noisy | make a smoothie
+    with, mix ingredients with
+countertop cooker; rice cooker; slow cooker; air fryer; pressure cooker | appliance | medium middling rigid | cook
+    rice or a meal in
 range hood, extractor hood, kitchen hood, exhaust fan | appliance | large heavy rigid metal | remove cooking smells
 water cooler, water dispenser, water fountain, drinking fountain | appliance | large heavy rigid plastic | get
     drinking water from
@@ -267,11 +271,12 @@ ironing board | furniture | large middling firm | iron clothes on
 sewing machine | appliance, tool | medium heavy rigid metal | sew clothes with
 fan, electric fan, ceiling fan, desk fan, standing fan | appliance | medium light rigid plastic | cool down on a hot
     day, move the air
-computer fan, cooling fan, heat sink, heatsink, cpu cooler | computer part | small light rigid plastic metal | keep a
-    processor cool, cool electronics
+computer cooler, cooling fan; computer fan; heat sink, heatsink; cpu cooler | computer part | small light rigid
+    plastic metal | keep a processor cool, cool electronics
 air conditioner, air conditioning unit, ac unit, air con | appliance | large heavy rigid | cool the room
 heater, radiator, space heater, electric heater | appliance | medium heavy rigid metal hot | warm the room
-humidifier, dehumidifier, air purifier, diffuser | appliance | medium light rigid plastic | clean or moisten the air
+air treatment appliance; humidifier; dehumidifier; air purifier; diffuser | appliance | medium light rigid plastic |
+    clean or moisten the air
 television, tv set, television set, tv screen, flat screen, smart tv, flat screen tv | screen | large heavy rigid
     electric | watch news and movies on, watch shows and sports on
 screen, display, monitor, computer monitor, display screen, computer screen, lcd screen, led screen, touch screen |
@@ -291,12 +296,12 @@ computer mouse, mouse, trackpad, mousepad, mouse pad | computer part | small lig
     with
 computer part, computer component, computer hardware, electronic component, electronic part | | small light rigid
     electric | build or upgrade a computer with, learn about the parts of a computer
-circuit board, motherboard, mainboard, arduino, raspberry pi, microcontroller, breadboard, printed circuit board,
-    chip, processor, cpu, gpu, graphics card, memory module, ram, video card | computer part | small light rigid
+circuit board, motherboard, mainboard, printed circuit board; arduino, microcontroller, raspberry pi; breadboard;
+    chip, processor, cpu; gpu, graphics card, video card; memory module, ram | computer part | small light rigid
     fragile electric | learn electronics with, build a computer, explain how a computer works
-hard drive, hard disk, usb stick, usb drive, flash drive, memory card, ssd, disk drive, cd, dvd | computer part |
-    small light rigid | save files on
-printer, scanner, copier, photocopier, laser printer | device | medium heavy rigid plastic | print documents with,
+data storage; hard drive, hard disk, ssd, disk drive; usb stick, usb drive, flash drive; memory card; cd; dvd |
+    computer part | small light rigid | save files on
+printer, laser printer; scanner; copier, photocopier | device | medium heavy rigid plastic | print documents with,
     make copies
 router, modem, wifi router, access point, network switch, wi-fi router | device | small light rigid plastic | connect
     to the internet
@@ -307,195 +312,201 @@ speaker, loudspeaker, speakers, sound bar, soundbar, subwoofer, bluetooth speake
 headphones, earphones, earbuds, headset, ear muffs, earplugs, earphone, headphone | accessory, device | small light |
     listen to music without disturbing others, block out noise so that you can concentrate
 microphone, mic | device | small light rigid | record your voice, speak to an audience
-radio, stereo, record player, turntable, boombox, cd player, stereo system | device | medium middling rigid noisy |
+radio; stereo, stereo system; record player, turntable; boombox; cd player | device | medium middling rigid noisy |
     listen to music and the news
 camera, webcam, security camera, video camera, gopro, depth camera, digital camera | device | small light rigid | take
     photos or videos with
 tripod | tool | medium light rigid metal | hold a camera steady
 remote control, remote, tv remote, controller | device | small light rigid plastic | change the channel with
-game console, playstation, xbox, nintendo, game controller, gamepad, joystick, video game | device, toy | small light
+game console, playstation, xbox, nintendo, video game; game controller, gamepad, joystick | device, toy | small light
     rigid plastic | play video games with
 vr headset, virtual reality headset | device | small light rigid plastic | play in virtual reality
-charger, power adapter, phone charger, power bank, power supply, adapter, plug | device | small light rigid plastic
+power supply; charger, phone charger; power bank; power adapter, adapter, plug | device | small light rigid plastic
     electric | charge a phone with
-cable, cord, wire, power cord, extension cord, power cable, usb cable, wires, cables, power strip | | small light soft
+cable, cord, wire, wires, cables, power cord, power cable, usb cable; extension cord; power strip | | small light soft
     electric | connect or power devices with
 battery, batteries, battery pack | | small light rigid electric | power a gadget with
 calculator | office supply | small light rigid plastic | do sums with
-robot, robot arm, drone, quadcopter, mobile robot, robotic arm | device | medium heavy rigid | automate work, fly or
+robot, mobile robot; robot arm, robotic arm; drone, quadcopter | device | medium heavy rigid | automate work, fly or
     drive around by remote control
 clock, wall clock, alarm clock, desk clock, grandfather clock, digital clock | device | small light rigid | see what
     time it is, know the hour
 watch, wristwatch, smartwatch, wrist watch | accessory | tiny light rigid | see what time it is, wear on your wrist
-hourglass, timer, stopwatch, kitchen timer | device | small light rigid | measure how long something takes
-calendar, planner, diary | stationery | small light paper | know the date, plan appointments
+timer, kitchen timer; hourglass; stopwatch | device | small light rigid | measure how long something takes
+calendar; planner; diary | stationery | small light paper | know the date, plan appointments
 document | | small light paper | read
-book, books, textbook, novel, dictionary, manual, cookbook, stack of books, comic book, hardcover book | document |
+book, books, novel, hardcover book, stack of books; textbook; dictionary; manual; cookbook; comic book | document |
     small light firm paper | read, learn from, study
 math book, science book | book | small light firm paper | study mathematics or science
-magazine, newspaper, brochure, leaflet, catalog, comic, journal, pamphlet, booklet | document | small light soft paper
-    | read the news, read for fun
-notebook, notepad, journal book, sketchbook, sticky notes, post-it, sticky note, sketch pad, notepads, writing pad,
-    memo pad | stationery | small light soft paper | write notes in, draw or explain something on
+periodical; magazine; newspaper; brochure, leaflet, pamphlet, booklet; catalog; comic; journal | document | small
+    light soft paper | read the news, read for fun
+notebook, notepad, notepads, journal book, writing pad, memo pad; sketchbook, sketch pad; sticky notes, sticky note,
+    post-it | stationery | small light soft paper | write notes in, draw or explain something on
 paper, sheet of paper, printer paper, papers, piece of paper, document page, note, letter, paper sheet, construction
     paper | stationery | small light soft paper | write or print on, draw or explain something on
-envelope, postcard, stamp, greeting card, card | stationery | small light paper | send a letter
-folder, binder, ring binder, file folder, clipboard | stationery | small light firm | keep papers together
+mail; envelope; postcard; stamp; greeting card, card | stationery | small light paper | send a letter
+folder, file folder; binder, ring binder; clipboard | stationery | small light firm | keep papers together
 stationery, office supply, office supplies | | small light |
-pen, ballpoint pen, marker, fountain pen, highlighter, felt tip pen, sharpie, whiteboard marker, dry erase marker |
+pen, ballpoint pen, fountain pen; marker, felt tip pen, sharpie, whiteboard marker, dry erase marker; highlighter |
     stationery | tiny light rigid plastic | write with, draw with, explain something on a board
-pencil, crayon, chalk, colored pencil, pencils, crayons | stationery | tiny light rigid wood | draw with, write with
+pencil, pencils, colored pencil; crayon, crayons; chalk | stationery | tiny light rigid wood | draw with, write with
 eraser, whiteboard eraser, rubber eraser | stationery | tiny light soft rubber | rub out mistakes
-ruler, tape measure, measuring tape, protractor, caliper, set square | measuring instrument, stationery | small light
-    rigid | measure a length with, draw straight lines
+length measure; ruler; tape measure, measuring tape; protractor; caliper; set square | measuring instrument,
+    stationery | small light rigid | measure a length with, draw straight lines
 measuring instrument | tool | |
-scissors, paper cutter, box cutter, utility knife, craft knife, cutter | stationery, tool | small light rigid metal
-    sharp | cut paper or cloth with, open a package with
-stapler, hole punch, staples, staple remover, staple gun | stationery, fastener | small light rigid metal | fasten
-    papers together
-paper clip, paperclip, binder clip, clip, clothespin, clothes peg, thumbtack, push pin | stationery, fastener | tiny
+cutting tool; scissors; paper cutter; box cutter, utility knife, craft knife, cutter | stationery, tool | small light
+    rigid metal sharp | cut paper or cloth with, open a package with
+paper fastener; stapler, staple gun; hole punch; staples; staple remover | stationery, fastener | small light rigid
+    metal | fasten papers together
+clip; paper clip, paperclip, binder clip; clothespin, clothes peg; thumbtack, push pin | stationery, fastener | tiny
     light rigid metal | hold papers or cloth together for a while
 fastener | | tiny light | fasten or hold things together
-safety pin, pin, brooch, needle and thread, sewing kit, sewing needle, thread, button, velcro, zipper | fastener |
-    tiny light metal | mend clothes, hold torn clothing together for a while
+sewing supply; safety pin, pin; brooch; needle and thread, sewing kit, sewing needle; thread; button; velcro; zipper |
+    fastener | tiny light metal | mend clothes, hold torn clothing together for a while
 tape, duct tape, adhesive tape, masking tape, sticky tape, scotch tape, packing tape, electrical tape | fastener,
     stationery | small light soft | stick things together, seal a box, repair something quickly
-glue, glue stick, super glue, adhesive, hot glue gun, glue gun | fastener, stationery | small light liquid | stick
+glue, glue stick, super glue, adhesive; hot glue gun, glue gun | fastener, stationery | small light liquid | stick
     things together, repair something broken
-rope, string, twine, cable tie, zip tie, zip ties, rubber band, elastic band, elastic, bungee cord, shoelace, yarn,
-    ribbon, strap | fastener | small light soft | tie things together, hold a bundle together
+string, twine; rope; cable tie, zip tie, zip ties; rubber band, elastic band, elastic; bungee cord; shoelace; yarn;
+    ribbon; strap | fastener | small light soft | tie things together, hold a bundle together
 chain, metal chain | fastener | medium heavy metal | lock up a bicycle with
-screw, screws, nail, nails, bolt, bolts, nut, nuts and bolts, washers | fastener | tiny light rigid metal | join wood
-    or metal, put up a shelf
-whiteboard, dry erase board, chalkboard, blackboard, flip chart, bulletin board, cork board, notice board, pinboard |
-    board | large heavy rigid | write or draw on in class, explain ideas to a group
+hardware; screw, screws; nail, nails; bolt, bolts; nut, nuts and bolts, washers | fastener | tiny light rigid metal |
+    join wood or metal, put up a shelf
+writing board; whiteboard, dry erase board; chalkboard, blackboard; flip chart; bulletin board, cork board, notice
+    board, pinboard | board | large heavy rigid | write or draw on in class, explain ideas to a group
 board, plank, wooden board, panel | | large middling rigid wood |
-sign, street sign, exit sign, label, sticker, name tag, signage, placard | decoration | small light rigid | read
+sign, street sign, exit sign, signage, placard; label, sticker; name tag | decoration | small light rigid | read
     directions from
-globe, map, world map, atlas | document | small light | learn geography with, find places on
+map, world map; globe; atlas | document | small light | learn geography with, find places on
 tool, hand tool, tools | | small light rigid metal | repair things
 hammer, mallet, sledgehammer | tool | small middling rigid metal | drive in nails
 screwdriver, allen key, hex key, screwdriver set, screw driver, torx screwdriver | tool | small light rigid metal |
     turn screws, take devices apart, open up electronics
-wrench, spanner, pliers, socket wrench, wire cutter, pincers, vise, clamp | tool | small middling rigid metal |
-    tighten nuts and bolts, grip things
+gripping tool; wrench, spanner, socket wrench; pliers, pincers; wire cutter; vise; clamp | tool | small middling rigid
+    metal | tighten nuts and bolts, grip things
 drill, power drill, electric drill, cordless drill | tool | small middling rigid electric noisy | drill holes
-saw, hacksaw, chainsaw, circular saw, axe, hatchet | tool | medium middling rigid metal sharp | cut wood
-soldering iron, multimeter, oscilloscope, voltmeter | tool, measuring instrument | small light rigid electric | repair
-    or test electronics
-level, spirit level, plane, chisel, file tool, sandpaper | tool | small light rigid | work with wood
-paint, paintbrush, paint roller, paint can, paint bucket, spray paint | tool | small light | paint a wall or picture
-    with
+saw, hacksaw, circular saw; chainsaw; axe, hatchet | tool | medium middling rigid metal sharp | cut wood
+electronics tool; soldering iron; multimeter, voltmeter; oscilloscope | tool, measuring instrument | small light rigid
+    electric | repair or test electronics
+woodworking tool; level, spirit level; plane; chisel; file tool; sandpaper | tool | small light rigid | work with wood
+painting supplies; paint, spray paint, paint can, paint bucket; paintbrush; paint roller | tool | small light | paint
+    a wall or picture with
 toolbox, tool box, tool kit, toolkit, tool chest | container, tool | medium heavy rigid | keep tools in, repair things
     around the house
 ladder, stepladder, step ladder | tool | large middling rigid metal | reach high places
 flashlight holder | small object | small light rigid |
-3d printer, laser cutter, lathe, milling machine | device, tool | large heavy rigid | make parts and prototypes with
-microscope, telescope, binoculars, magnifying glass | measuring instrument | small middling rigid fragile | look at
-    tiny or distant things through
-beaker, test tube, petri dish, pipette, laboratory glassware | container | small light rigid glass transparent fragile
+machine tool; 3d printer; laser cutter; lathe; milling machine | device, tool | large heavy rigid | make parts and
+    prototypes with
+optical instrument; microscope; telescope; binoculars; magnifying glass | measuring instrument | small middling rigid
+    fragile | look at tiny or distant things through
+laboratory glassware; beaker; test tube; petri dish; pipette | container | small light rigid glass transparent fragile
     | do chemistry experiments with
-garden tool, shovel, rake, spade, hoe, trowel, pitchfork | tool | medium middling rigid metal | dig in the garden with
+garden tool; shovel, spade, trowel; rake; hoe; pitchfork | tool | medium middling rigid metal | dig in the garden with
 hose, garden hose, watering can, sprinkler hose | garden equipment | medium light | water the plants with
 garden equipment | | medium |
-lawn mower, lawnmower, wheelbarrow, leaf blower, hedge trimmer | garden equipment | large heavy rigid metal | work in
-    the garden
+garden machine; lawn mower, lawnmower; wheelbarrow; leaf blower; hedge trimmer | garden equipment | large heavy rigid
+    metal | work in the garden
 cart, trolley, shopping cart, hand truck, dolly, pushcart, utility cart | vehicle | large heavy rigid metal | move
     heavy things around with
-fence, hedge, barrier, traffic cone, cone | structure | large middling rigid | keep people out
-pipe, tube, hose pipe, valve, pump, plumbing, boiler, water heater | machinery | medium heavy rigid metal fixed |
+barrier; fence; hedge; traffic cone, cone | structure | large middling rigid | keep people out
+plumbing; pipe, tube; hose pipe; valve; pump; boiler, water heater | machinery | medium heavy rigid metal fixed |
     carry water or gas
-machinery, engine, motor, generator, conveyor belt, compressor, industrial machine | device | huge heavy rigid metal |
+machinery, industrial machine; engine; motor; generator; conveyor belt; compressor | device | huge heavy rigid metal |
     power a factory
-pallet, forklift, pallet jack | vehicle | large heavy rigid wood | move goods in a warehouse
-plant, potted plant, houseplant, house plant, indoor plant, succulent, cactus, fern, bonsai, palm | decoration, living
+warehouse equipment; pallet; forklift; pallet jack | vehicle | large heavy rigid wood | move goods in a warehouse
+plant, potted plant, houseplant, house plant, indoor plant; succulent; cactus; fern; bonsai; palm | decoration, living
     thing | medium middling soft green | bring some nature indoors, water and care for
-flower, flowers, bouquet, rose, tulip, orchid, flower arrangement, bunch of branches, branches, sunflower | plant,
+flower, flowers, bouquet, flower arrangement, bunch of branches, branches; rose; tulip; orchid; sunflower | plant,
     decoration | small light soft fragile | give as a romantic present, decorate a table with
-tree, christmas tree, bush, shrub | plant | huge heavy rigid green | give shade, decorate at Christmas
+tree; christmas tree; bush, shrub | plant | huge heavy rigid green | give shade, decorate at Christmas
 living thing | | |
 flower pot, flowerpot, plant pot, planter, ceramic pot | container | small middling rigid ceramic | grow plants in
 vase, flower vase, ceramic vase | decoration, container | small light rigid ceramic fragile | put flowers in
 decoration, ornament, decor, decorative object, knick-knack | | small | decorate a room with
 art, artwork | decoration | medium light | look at for its beauty
-painting, picture, framed picture, canvas, wall art, drawing, print, framed print, poster, illustration, mural, photo
-    print | art | medium light firm | decorate a wall with
+picture, framed picture, wall art, framed print; painting, canvas; drawing; print, photo print; poster; illustration;
+    mural | art | medium light firm | decorate a wall with
 photograph, photography, framed photo, portrait, polaroid | art | medium light firm paper | remember people and places
     by
 picture frame, frame, photo frame | decoration | small light rigid wood | display a photo in
-sculpture, statue, figurine, bust, statuette | art | small heavy rigid stone | decorate a shelf with
-trophy, medal, award, certificate | decoration | small light rigid | celebrate a win
-globe ornament, snow globe, crystal, seashell, wreath, dreamcatcher | decoration | small light | decorate a room with
-balloon, balloons, party hat, confetti, streamer | decoration | small light soft | celebrate a birthday
+sculpture, statue, bust; figurine, statuette | art | small heavy rigid stone | decorate a shelf with
+award; trophy; medal; certificate | decoration | small light rigid | celebrate a win
+small decoration; globe ornament, snow globe; crystal; seashell; wreath; dreamcatcher | decoration | small light |
+    decorate a room with
+party decoration; balloon, balloons; party hat; confetti; streamer | decoration | small light soft | celebrate a
+    birthday
 toy, toys, plaything | | small light | play with, have fun with, keep a child busy
 stuffed animal, teddy bear, plush toy, soft toy, plushie, stuffed toy | toy | small light soft fabric | cuddle,
     comfort a child
 doll, action figure, puppet, barbie | toy | small light | play pretend with
-toy car, toy train, toy truck, model car, remote control car, toy airplane | toy | small light rigid plastic | push
-    around and race
+toy vehicle; toy car, model car, remote control car; toy train; toy truck; toy airplane | toy | small light rigid
+    plastic | push around and race
 building blocks, lego, lego set, blocks, wooden blocks | toy, puzzle game | small light rigid plastic | build little
     houses
-rubik's cube, puzzle cube, puzzle, jigsaw puzzle, brain teaser, jigsaw, puzzle box | toy, puzzle game | small light
+puzzle, brain teaser; rubik's cube, puzzle cube; jigsaw puzzle, jigsaw; puzzle box | toy, puzzle game | small light
     rigid colorful | solve in your spare time
 puzzle game | game | |
-game, board game, chess, chess set, card game, playing cards, deck of cards, dice, checkers, monopoly | toy | small
+game, board game; chess, chess set; card game, playing cards, deck of cards; dice; checkers; monopoly | toy | small
     light | play with friends, spend an evening with
-yo-yo, spinning top, kite, frisbee, slingshot, fidget spinner, bubble wand, juggling balls | toy | small light | have
-    fun with outside
+outdoor toy; yo-yo; spinning top; kite; frisbee; slingshot; fidget spinner; bubble wand; juggling balls | toy | small
+    light | have fun with outside
 toy house, dollhouse, model house, playhouse | toy | small light rigid | play house with
 sports equipment, sporting goods, sport equipment | | | play sports, exercise
-ball, soccer ball, football, tennis ball, volleyball, baseball, beach ball, rugby ball, golf ball, exercise ball |
+ball, beach ball; soccer ball; football, rugby ball; tennis ball; volleyball; baseball; golf ball; exercise ball |
     sports equipment, toy | small light firm rubber round | throw, kick or catch, play a team sport with
 basketball, basketball hoop, basketball ball | ball | small light firm rubber round orange | shoot hoops, dribble and
     score baskets with
-racket, tennis racket, badminton racket, baseball bat, hockey stick, golf club, ping pong paddle, cricket bat, table
-    tennis paddle | sports equipment | medium light rigid | hit a ball with
-table tennis table, ping pong table, pool table, billiard table, foosball table | game, table | huge heavy rigid |
-    play table tennis or pool on
-dumbbell, dumbbells, weights, weight, barbell, kettlebell, weight plate, free weights | exercise equipment | small
+bat or racket; racket, tennis racket, badminton racket; baseball bat, cricket bat; hockey stick; golf club; ping pong paddle,
+    table tennis paddle | sports equipment | medium light rigid | hit a ball with
+game table; table tennis table, ping pong table; pool table, billiard table; foosball table | game, table | huge heavy
+    rigid | play table tennis or pool on
+weights, weight, free weights; dumbbell, dumbbells; barbell, weight plate; kettlebell | exercise equipment | small
     heavy rigid metal | lift to build muscles
 exercise equipment, gym equipment, fitness equipment | sports equipment | | work out, get fit
-jump rope, skipping rope, resistance band, exercise band, ab roller, pull-up bar, hula hoop | exercise equipment |
-    small light soft rubber | do cardio or stretch your muscles
-yoga mat, exercise mat, yoga block, foam roller, gym mat | exercise equipment, rug | medium light soft foam | do yoga
-    and stretch on
-treadmill, exercise bike, elliptical, rowing machine, stationary bike | exercise equipment, machinery | huge heavy
-    rigid | run or cycle indoors
-bicycle, bike, mountain bike, tricycle, e-bike | vehicle, sports equipment | large middling rigid metal | ride to work
-skateboard, scooter, roller skates, skates, rollerblades, ski, skis, snowboard, surfboard, sled, ice skates | sports
-    equipment | medium light rigid | glide or roll along on
+cardio equipment; jump rope, skipping rope; resistance band, exercise band; ab roller; pull-up bar; hula hoop |
+    exercise equipment | small light soft rubber | do cardio or stretch your muscles
+floor exercise equipment; yoga mat, exercise mat, gym mat; yoga block; foam roller | exercise equipment, rug | medium
+    light soft foam | do yoga and stretch on
+exercise machine; treadmill; exercise bike, stationary bike; elliptical; rowing machine | exercise equipment,
+    machinery | huge heavy rigid | run or cycle indoors
+bicycle, bike, mountain bike, e-bike; tricycle | vehicle, sports equipment | large middling rigid metal | ride to work
+board or skates; skateboard; scooter; roller skates, skates, rollerblades; ice skates; ski, skis; snowboard;
+    surfboard; sled | sports equipment | medium light rigid | glide or roll along on
 helmet, hard hat, bike helmet, safety helmet | headwear, safety equipment | small light rigid plastic | protect your
     head
-boxing gloves, punching bag, goal, net, tennis net, hoop | sports equipment | medium | train with
-tent, sleeping bag, camping stove, hammock, camping gear | camping equipment | medium light soft fabric | camp or
+training equipment; boxing gloves; punching bag; goal; net, tennis net; hoop | sports equipment | medium | train with
+camping gear; tent; sleeping bag; camping stove; hammock | camping equipment | medium light soft fabric | camp or
     sleep outdoors with
 camping equipment, outdoor gear | sports equipment | |
 musical instrument, instrument | | | make music, play a song on
-guitar, ukulele, banjo, violin, cello, electric guitar, acoustic guitar, bass guitar | musical instrument | medium
-    light rigid wood fragile | strum and play songs on
-piano, keyboard piano, grand piano, organ, synthesizer | musical instrument | huge heavy rigid wood | play a melody on
-drum, drum kit, tambourine, xylophone, drums | musical instrument | medium middling rigid noisy | beat a rhythm on
-flute, trumpet, saxophone, harmonica, recorder, clarinet, whistle | musical instrument | small light rigid metal noisy
-    | blow a tune on
+string instrument; guitar, acoustic guitar, electric guitar, bass guitar; ukulele; banjo; violin; cello | musical
+    instrument | medium light rigid wood fragile | strum and play songs on
+keyboard instrument; piano, grand piano, keyboard piano; organ; synthesizer | musical instrument | huge heavy rigid
+    wood | play a melody on
+percussion instrument; drum, drum kit, drums; tambourine; xylophone | musical instrument | medium middling rigid noisy
+    | beat a rhythm on
+wind instrument; flute; trumpet; saxophone; harmonica; recorder; clarinet; whistle | musical instrument | small light
+    rigid metal noisy | blow a tune on
 clothing, clothes, garment, apparel, clothing item, outfit | textile | small light soft fabric | wear, get dressed in
 top | clothing | small light soft fabric |
 shirt, blouse, polo shirt, dress shirt, button-up shirt, button-down shirt | top | small light soft fabric | wear to
     work
 t-shirt, tee shirt, tank top, tee, jersey, tshirt | top | small light soft fabric casual | wear in summer, wear
     casually
-sweater, hoodie, sweatshirt, cardigan, pullover, jumper, fleece | top | small light soft fabric warm | stay warm in
+sweater, pullover, jumper; hoodie, sweatshirt; cardigan; fleece | top | small light soft fabric warm | stay warm in
 outerwear | clothing | medium light soft fabric warm | go outside in when it is cold
 jacket, coat, winter jacket, winter coat, parka, down jacket, leather jacket, windbreaker, overcoat, puffer jacket |
     outerwear | medium light soft fabric warm waterproof | keep warm in winter, protect yourself from wind rain and
     snow
-raincoat, rain jacket, poncho, rain boots, wellies, rain poncho | outerwear | medium light soft waterproof | stay dry
-    in the rain
-pants, trousers, jeans, shorts, leggings, sweatpants, skirt | clothing | small light soft fabric | wear on your legs
-dress, gown, costume, robe, kimono, bathrobe, pajamas, nightgown, apron, lab coat, cape, cloak | clothing | small
-    light soft fabric | dress up in
+rain gear; raincoat, rain jacket, rain poncho, poncho; rain boots, wellies | outerwear | medium light soft waterproof
+    | stay dry in the rain
+legwear; pants, trousers; jeans; shorts; leggings; sweatpants; skirt | clothing | small light soft fabric | wear on
+    your legs
+full-length clothing; dress, gown; costume; robe, bathrobe; kimono; pajamas, nightgown; apron; lab coat; cape, cloak |
+    clothing | small light soft fabric | dress up in
 suit, tuxedo, blazer, suit jacket | clothing | medium light soft fabric formal | wear to a wedding or a job interview
-underwear, bra, socks, sock, tights, stockings | clothing | small light soft fabric | wear under your clothes
-swimsuit, bikini, swimming trunks, swim goggles, goggles | clothing | small light soft | go swimming in
+underwear, bra; socks, sock; tights, stockings | clothing | small light soft fabric | wear under your clothes
+swimwear; swimsuit, bikini, swimming trunks; swim goggles, goggles | clothing | small light soft | go swimming in
 footwear | clothing | small light firm | wear on your feet, walk in
 shoes, shoe, pair of shoes | footwear | small light firm | walk in
 sneakers, sneaker, running shoes, trainers, tennis shoes, athletic shoes, sports shoes, basketball shoes | shoes |
@@ -504,13 +515,13 @@ dress shoes, high heels, oxfords, loafers, heels, leather shoes, formal shoes, p
     leather formal | wear with a suit, wear to a wedding or a formal dinner
 boots, boot, hiking boots, rubber boots, snow boots, winter boots, work boots, cowboy boots | shoes | small middling
     firm leather waterproof warm | hike in mud and snow in
-sandals, flip-flops, slippers, slides, flip flops, clogs, crocs, sandal, slipper | shoes | small light soft casual |
-    wear at the beach, wear around the house
+light shoes; sandals, sandal, flip-flops, flip flops; slippers, slipper; slides; clogs, crocs | shoes | small light
+    soft casual | wear at the beach, wear around the house
 headwear | accessory | small light | wear on your head
-hat, cap, baseball cap, beanie, cowboy hat, sun hat, woolly hat, beret | headwear | small light soft fabric | keep the
+hat, sun hat; cap, baseball cap; beanie, woolly hat; cowboy hat; beret | headwear | small light soft fabric | keep the
     sun off your face, keep your head warm
 accessory, clothing accessory | | small light |
-gloves, glove, mittens, work gloves, rubber gloves, oven mitt, oven mitts | accessory, clothing | small light soft |
+gloves, glove, work gloves, rubber gloves; mittens; oven mitt, oven mitts | accessory, clothing | small light soft |
     keep your hands warm, protect your hands
 scarf, shawl, bandana, pashmina | accessory, clothing | small light soft fabric warm | wrap around your neck
 tie, necktie, bow tie | accessory, clothing | small light soft fabric formal | wear with a suit
@@ -518,86 +529,87 @@ belt, suspenders | accessory, clothing | small light soft leather | keep your tr
 glasses, eyeglasses, spectacles, reading glasses, safety glasses | accessory | small light rigid transparent fragile |
     see better with, read small print with
 sunglasses, shades glasses | accessory | small light rigid | protect your eyes from the sun
-jewelry, necklace, ring, bracelet, earrings, jewellery | accessory | tiny light rigid metal | wear to look elegant,
+jewelry, jewellery; necklace; ring; bracelet; earrings | accessory | tiny light rigid metal | wear to look elegant,
     give as a present
 mask, face mask, respirator | accessory, safety equipment | small light soft | protect yourself from germs or dust
 clothes hanger, hanger, coat hanger | rack | small light rigid | hang a shirt on
 clothes line, drying rack, clothesline, clothes rack | rack | large light rigid metal | dry laundry on
 food, edible, meal, dish of food, groceries | | small light edible | eat when you are hungry
-fruit, fruits, apple, banana, pear, grapes, berries, strawberry, lemon, mango, peach, pineapple, kiwi, watermelon,
-    lime, plum, cherry | food | small light soft edible | eat as a healthy snack
-orange, tangerine, grapefruit | fruit | small light soft edible |
-vegetable, vegetables, carrot, tomato, potato, onion, lettuce, cucumber, pepper, broccoli, salad, corn, pumpkin,
-    cabbage, spinach, garlic, mushroom | food | small light edible | cook or eat in a salad
-bread, toast, bagel, bun, baguette, croissant, loaf, roll | food | small light soft edible | make a sandwich with, eat
+fruit, fruits; apple; banana; pear; grapes; berries, berry; strawberry; lemon; mango; peach; pineapple; kiwi;
+    watermelon, melon; lime; plum; cherry | food | small light soft edible | eat as a healthy snack
+citrus fruit; orange; tangerine, mandarin; grapefruit | fruit | small light soft edible |
+vegetable, vegetables; carrot; tomato; potato; onion; lettuce; cucumber; pepper; broccoli; salad; corn; pumpkin;
+    cabbage; spinach; garlic; mushroom | food | small light edible | cook or eat in a salad
+bread, loaf; toast; bagel; bun, roll; baguette; croissant | food | small light soft edible | make a sandwich with, eat
     for breakfast
-sandwich, burger, hamburger, hot dog, pizza, pasta, noodles, instant noodles, ramen, soup, rice, sushi, taco, burrito,
-    steak, chicken, meat, sausage, bacon, fried rice | food | small light edible | have for lunch or dinner
-breakfast cereal, cereal, oatmeal, granola, egg, eggs, yogurt, pancake, jam, butter, cheese, peanut butter, honey,
-    margarine | food | small light edible | eat for breakfast
-snack, snacks, chips, crisps, potato chips, cookies, cookie, crackers, biscuit, popcorn, nuts, pretzels, granola bar,
-    protein bar, energy bar, trail mix, cracker | food | small light edible | nibble between meals
-sweets, candy, chocolate, cake, ice cream, dessert, cupcake, pie, donut, doughnut, chewing gum, lollipop, pudding,
-    candy bar, chocolate bar | snack | small light edible sweet | treat yourself to something sweet
-condiment, salt, sugar, spice, spices, ketchup, mustard, sauce, oil, vinegar, flour, salt shaker, pepper shaker,
-    mayonnaise, olive oil, hot sauce | food | small light edible | season a dish with
+meal; sandwich; burger, hamburger; hot dog; pizza; pasta; noodles, instant noodles, ramen; soup; rice; sushi; taco;
+    burrito; steak; chicken; meat; sausage; bacon; fried rice | food | small light edible | have for lunch or dinner
+breakfast food; cereal, breakfast cereal; oatmeal; granola; egg, eggs; yogurt; pancake; jam; butter, margarine;
+    cheese; peanut butter; honey | food | small light edible | eat for breakfast
+snack, snacks; chips, crisps, potato chips; cookie, cookies, biscuit; crackers, cracker; popcorn; nuts, trail mix;
+    pretzels; granola bar, protein bar, energy bar | food | small light edible | nibble between meals
+sweets, candy; chocolate, chocolate bar; cake, cupcake; ice cream; dessert, pudding; pie; donut, doughnut; chewing
+    gum; lollipop; candy bar | snack | small light edible sweet | treat yourself to something sweet
+condiment, sauce; salt, salt shaker; sugar; spice, spices; ketchup; mustard; oil, olive oil; vinegar; flour; pepper
+    shaker; mayonnaise; hot sauce | food | small light edible | season a dish with
 drink, beverage, drinks, soft drink, beverages | | small light liquid | drink when you are thirsty
 water, bottled water, bottle of water, mineral water, sparkling water, water jug | drink | small light liquid
     transparent | quench your thirst
-soda, cola, coke, coca-cola, pepsi, sprite, lemonade, soda can, can of soda, ginger ale, root beer, fanta, pop, energy
-    drink, fizzy drink | drink | small light liquid sweet | have a fizzy sweet drink
-juice, orange juice, apple juice, smoothie, juice box, fruit juice | drink | small light liquid sweet | drink for
+soda, soft drink, soda can, can of soda, fizzy drink, pop; cola, coke, coca-cola, pepsi; sprite; lemonade; ginger ale;
+    root beer; fanta; energy drink | drink | small light liquid sweet | have a fizzy sweet drink
+juice, fruit juice, juice box; orange juice; apple juice; smoothie | drink | small light liquid sweet | drink for
     breakfast
-coffee, tea, cocoa, hot chocolate, espresso, green tea, coffee beans, tea bag, tea bags | drink | small light liquid
-    hot | wake up or warm up with
-milk, milk carton, soy milk, oat milk | drink, food | small light liquid white | pour on cereal
-alcohol, beer, wine, whiskey, vodka, liquor, beer can, beer bottle, champagne, rum, gin, cocktail | drink | small
+hot drink; coffee, espresso, coffee beans; tea, tea bag, tea bags; green tea; cocoa, hot chocolate | drink | small
+    light liquid hot | wake up or warm up with
+milk, milk carton; soy milk, oat milk | drink, food | small light liquid white | pour on cereal
+alcohol, liquor; beer, beer can, beer bottle; wine, champagne; whiskey; vodka; rum; gin; cocktail | drink | small
     light liquid | drink at a party
-medicine, pill, pills, pill bottle, tablets, medication, drug, aspirin, vitamins, cough syrup, painkiller | medical
+medicine, medication, drug; pill, pills, pill bottle, tablets; aspirin, painkiller; vitamins; cough syrup | medical
     supply | small light | take when you are ill, cure a headache
-medical supply, first aid kit, first-aid kit, bandage, band-aid, plaster, gauze, medical kit | | small light | treat a
+medical supply; first aid kit, first-aid kit, medical kit; bandage, band-aid, plaster, gauze | | small light | treat a
     wound
-thermometer, blood pressure monitor, stethoscope, syringe, iv stand, pulse oximeter | medical supply, measuring
-    instrument | small light rigid | check a patient
-wheelchair, walker, crutches, cane, walking stick | medical supply | medium middling rigid metal | move about with a
-    bad leg
-stroller, pram, car seat, baby carriage, pushchair | vehicle | medium middling firm | take a baby for a walk
-baby bottle, pacifier, diaper, diapers, nappy, baby wipes | toiletry | small light | look after a baby
-pet supplies, pet bed, litter box, dog bowl, leash, pet food, dog food, cat food, cat tree, dog bed, scratching post,
+medical instrument; thermometer; blood pressure monitor; stethoscope; syringe; iv stand; pulse oximeter | medical
+    supply, measuring instrument | small light rigid | check a patient
+mobility aid; wheelchair; walker; crutches; cane, walking stick | medical supply | medium middling rigid metal | move
+    about with a bad leg
+stroller, pram, baby carriage, pushchair; car seat | vehicle | medium middling firm | take a baby for a walk
+baby supplies; baby bottle; pacifier; diaper, diapers, nappy; baby wipes | toiletry | small light | look after a baby
+pet supplies; pet bed, dog bed; litter box; dog bowl; leash; pet food, dog food, cat food; cat tree, scratching post;
     bird cage, cage | | small light | look after a pet
 fish tank, aquarium, terrarium, fishbowl | container | medium heavy rigid glass transparent fragile | keep fish in
 animal, pet | living thing | |
-dog, cat, bird, rabbit, hamster, puppy, kitten, parrot | animal | small middling soft | have as a companion
+small animal; dog, puppy; cat, kitten; bird; parrot; rabbit; hamster | animal | small middling soft | have as a
+    companion
 fish, goldfish | animal | small light soft | keep in an aquarium
-horse, cow, sheep, pig, goat, elephant, bear, lion | animal | huge heavy soft | keep on a farm
-person, man, woman, child, boy, girl, baby, people, human | living thing | large heavy | talk to
+large animal; horse; cow; sheep; pig; goat; elephant; bear; lion | animal | huge heavy soft | keep on a farm
+person, people, human; man; woman; child; boy; girl; baby | living thing | large heavy | talk to
 vehicle, means of transport | | huge heavy rigid metal | get from one place to another
-car, truck, van, bus, taxi, pickup, suv | vehicle | huge heavy rigid metal | drive to another city
-motorcycle, moped, motorbike | vehicle | large heavy rigid metal | ride on the road
-boat, ship, canoe, kayak, sailboat | vehicle | huge heavy rigid | travel on the water
-airplane, helicopter, plane aircraft, aircraft | vehicle | huge heavy rigid metal | fly to another country
-train, tram, subway | vehicle | huge heavy rigid metal | travel by rail
+motor vehicle; car, taxi, suv; truck, pickup; van; bus | vehicle | huge heavy rigid metal | drive to another city
+motorcycle, motorbike; moped | vehicle | large heavy rigid metal | ride on the road
+boat; ship; canoe; kayak; sailboat | vehicle | huge heavy rigid | travel on the water
+aircraft; airplane, plane aircraft; helicopter | vehicle | huge heavy rigid metal | fly to another country
+train; tram; subway | vehicle | huge heavy rigid metal | travel by rail
 tire, wheel | vehicle part | medium heavy firm rubber | roll on
 vehicle part | | medium heavy rigid |
-building, house, shed, garage, cottage | structure | huge heavy rigid | live in
-room, living room, bedroom, kitchen, bathroom, office, hallway, corridor, room corner, conference room, meeting room |
+building; house, cottage; shed; garage | structure | huge heavy rigid | live in
+room, room corner, meeting room; living room; bedroom; kitchen; bathroom; office; hallway, corridor; conference room |
     structure | huge heavy fixed | be in
-stone, rock, brick, pebble, boulder, concrete block, paperweight | | small heavy rigid stone | build a wall with
-log, firewood, wood, stick, branch | | medium middling rigid wood | make a fire with
+stone, rock, pebble, boulder; brick; concrete block; paperweight | | small heavy rigid stone | build a wall with
+log, firewood, wood; stick, branch | | medium middling rigid wood | make a fire with
 sand, soil, dirt, gravel | | heavy | fill a sandpit
 grass, lawn, turf | plant | soft green | play on outside
-money, coins, cash, credit card, coin, banknote, card reader, id card | small object | tiny light | pay for things
+money, cash; coins, coin; banknote; credit card, id card; card reader | small object | tiny light | pay for things
     with
-cigarette, cigarettes, lighter, ashtray, matches, match, matchbox | small object | tiny light | light a fire or a
-    candle with
-gun, sword, weapon, bow, arrow | | medium middling rigid metal | fight with
-suggestion box, mailbox, letterbox, ballot box | container | medium middling rigid metal | post a letter in
+smoking supplies; cigarette, cigarettes; lighter; ashtray; matches, match, matchbox | small object | tiny light |
+    light a fire or a candle with
+weapon; gun; sword; bow; arrow | | medium middling rigid metal | fight with
+letterbox; suggestion box; mailbox; ballot box | container | medium middling rigid metal | post a letter in
 gas stove canister, gas can, fuel can, jerry can | container | medium heavy rigid metal | carry fuel in
-lectern, podium, pulpit, stage | furniture | large heavy rigid wood | give a speech from
-cash register, cash machine, atm, kiosk | device | large heavy rigid | pay or withdraw money
-solar panel, antenna, satellite dish | device | large heavy rigid | collect energy or signals
-fog machine, disco ball, string lights, fairy lights, neon sign | light source, decoration | small light | set the
-    mood for a party
+lectern, podium, pulpit; stage | furniture | large heavy rigid wood | give a speech from
+cash machine; cash register; atm; kiosk | device | large heavy rigid | pay or withdraw money
+outdoor equipment; solar panel; antenna; satellite dish | device | large heavy rigid | collect energy or signals
+party equipment; fog machine; disco ball; string lights, fairy lights; neon sign | light source, decoration | small
+    light | set the mood for a party
 gift, present, wrapped gift, gift bag | decoration | small light | give someone on their birthday
 """.strip()
 """One thing per line; see the module's docstring."""

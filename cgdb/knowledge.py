@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb import everyday
-from cgdb.lexicon import DETERMINERS, FUNCTION_WORDS, GENERIC_HEADS
+from cgdb.lexicon import BRANDS, DETERMINERS, FUNCTION_WORDS, GENERIC_HEADS
 from cgdb.words import parse, singular, stem, tokens
 
 Floats = NDArray[np.float32]
@@ -54,13 +54,14 @@ class Facets:
 class Knowledge:
     """The table of everyday things, compiled.
 
-    names: (m,) first names. is_a: (m, m) bool, is_a[i, j] = thing i is a thing j (itself included); parents: (m, m)
-    bool, its direct kinds.
+    names: (m,) first names; the first n_lines are the lines of the table, their kinds follow. is_a: (m, m) bool,
+    is_a[i, j] = thing i is a thing j (itself included); parents: (m, m) bool, its direct kinds.
     traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j.
     uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing.
     """
 
     names: tuple[str, ...]
+    n_lines: int
     is_a: NDArray[np.bool_]
     parents: NDArray[np.bool_]
     traits: tuple[str, ...]
@@ -142,7 +143,7 @@ class Knowledge:
         for phrase in parsed.heads:
             stems = _stems(phrase)
             named = self.things_named(phrase)
-            if named:
+            if named and not BRANDS.intersection(stems):
                 kinds.extend(named)
                 names.update(stems[self._name_start(stems) :])
                 traits.extend(self.traits_in(stems[: self._name_start(stems)])[0])
@@ -201,7 +202,7 @@ class Knowledge:
         )
 
     def _arguments(self, words: Sequence[str]) -> tuple[int, ...]:
-        """Things named among the words as countable nouns ("a laptop", "books"), not after "as" or "like"."""
+        """Things named among the words as countable ("a laptop", "books") or after a verb ("cut paper")."""
         found: list[int] = []
         for end in range(1, len(words) + 1):
             stems = tuple(singular(w) for w in words[max(0, end - LONGEST_NAME) : end])
@@ -210,8 +211,9 @@ class Knowledge:
                 continue
             at = end - (len(stems) - start)
             before = words[max(0, at - 3) : at]
+            object_of = at > 0 and stem(words[at - 1]) in self.verbs
             plural = words[end - 1].endswith("s") and singular(words[end - 1]) != words[end - 1]
-            if not {"as", "like"} & set(before) and (plural or any(w in DETERMINERS for w in before)):
+            if not {"as", "like"} & set(before) and (plural or object_of or any(w in DETERMINERS for w in before)):
                 found.extend(self.thing_by_name[stems[start:]])
         return tuple(dict.fromkeys(found))
 
@@ -290,11 +292,15 @@ def knowledge() -> Knowledge:
     """The compiled table; made at the first call (a few milliseconds) and shared."""
     traits, trait_by_name = _traits()
     lines = [[part.strip() for part in line.split("|")] for line in _lines(everyday.TABLE)]
-    all_names = [[name.strip() for name in line[0].split(",")] for line in lines]
+    groups = [[_names(group) for group in line[0].split(";")] for line in lines]
+    # The things of the lines come first, then their kinds: the lines are the background.
+    all_names = [own[0] for own in groups] + [names for own in groups for names in own[1:]]
     first = {name: i for i, names in reversed(list(enumerate(all_names))) for name in reversed(names)}
-    parents = [[first[kind.strip()] for kind in line[1].split(",") if kind.strip()] for line in lines]
+    parents = [[first[kind] for kind in _names(line[1])] for line in lines]
+    parents += [[i] for i, own in enumerate(groups) for _ in own[1:]]
+    lines += [["", "", "", ""] for own in groups for _ in own[1:]]
+    n_lines, m = len(groups), len(all_names)
     order = _parents_first(parents)
-    m = len(lines)
     is_a = np.eye(m, dtype=bool)
     direct = np.zeros((m, m), dtype=bool)
     said: list[list[int]] = [[] for _ in range(m)]
@@ -327,6 +333,7 @@ def knowledge() -> Knowledge:
                 thing_by_name[key] = (*thing_by_name.get(key, ()), i)
     return Knowledge(
         names=tuple(names[0] for names in all_names),
+        n_lines=n_lines,
         is_a=is_a,
         parents=direct,
         traits=traits,
@@ -349,6 +356,10 @@ def _use_words(uses: Sequence[str]) -> dict[str, tuple[int, ...]]:
             if word not in FUNCTION_WORDS:
                 found.setdefault(stem(word), {}).setdefault(i)
     return {word: tuple(ids) for word, ids in found.items()}
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _lines(table: str) -> list[str]:

@@ -79,3 +79,8 @@ IRREGULAR: Mapping[str, str] = {
     "bus": "bus", "gas": "gas", "lens": "lens", "always": "always", "this": "this", "scissors": "scissor",
     "shoes": "shoe", "toes": "toe", "hoes": "hoe", "canoes": "canoe", "buses": "bus", "lenses": "lens",
 }  # fmt: skip
+BRANDS = _words(
+    """coca-cola coke pepsi sprite fanta lego kleenex roomba alexa google amazon playstation xbox nintendo macbook ipad
+    iphone kindle imac chromebook gopro arduino raspberry sharpie post-it tupperware barbie monopoly velcro"""
+)
+"""Names of one maker's things: who asks for one wants the word, not the kind."""

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.knowledge import Facets, Knowledge, knowledge
+from cgdb.knowledge import UNKNOWN, Facets, Knowledge, knowledge
 from cgdb.texts import Source, TextIndex
 from cgdb.words import head_phrase, query_words
 
@@ -210,6 +210,7 @@ class _View:
     texts: Mapping[str, _Lists]
     things: _Lists
     stated: NDArray[np.uint64]
+    told: NDArray[np.bool_]
 
 
 class Scorer:
@@ -246,7 +247,14 @@ class Scorer:
             texts[name] = _Lists.of(n, rows[chosen], index.text_ids[chosen])
         captions = texts["caption"].ids
         self._shared = np.unique(captions[captions < index.n_names])
-        self._all = _View(rows=None, keys=index.keys, texts=texts, things=self._things(), stated=index.facts.stated)
+        self._all = _View(
+            rows=None,
+            keys=index.keys,
+            texts=texts,
+            things=self._things(),
+            stated=index.facts.stated,
+            told=np.diff(index.indptr) > 0,
+        )
 
     def degrees(self, meaning: Meaning, keys: NDArray[np.int64] | None = None) -> Evidence:
         """The degree of every object, or of those of ``keys`` (ascending; unknown ones are left out)."""
@@ -259,7 +267,7 @@ class Scorer:
             background = None if self._background is None else self._background @ query
             parts["caption"] = self._text_part(view, "caption", query, background)
             head = query if meaning.head is None else _unit(meaning.head)
-            names = None if self._background is None else self._background[: len(self._known.names)] @ head
+            names = None if self._background is None else self._background[: self._known.n_lines] @ head
             parts["name"] = self._text_part(view, "name", head, names)
         if asks is not None:
             parts["known"] = self._known_part(view, asks, background)
@@ -345,6 +353,7 @@ class Scorer:
             texts={name: lists.only(rows) for name, lists in self._all.texts.items()},
             things=self._all.things.only(rows),
             stated=self._all.stated[rows],
+            told=self._all.told[rows],
         )
 
     def _text_part(self, view: _View, name: str, query: Floats, background: Floats | None) -> Floats:
@@ -365,7 +374,7 @@ class Scorer:
             ids = np.unique(lists.ids)
             with np.errstate(invalid="ignore"):
                 cosines[ids] = self._embeddings[ids] @ query
-        against = cosines[np.isfinite(cosines)] if background is None else background[: len(self._known.names)]
+        against = cosines[np.isfinite(cosines)] if background is None else background[: self._known.n_lines]
         return self._calibrated(name, lists.best(contrast(cosines, against)))
 
     def _image_part(self, view: _View, name: str, query: Floats) -> Floats:
@@ -383,13 +392,13 @@ class Scorer:
     def _words_part(self, view: _View, text: str, asks: Facets) -> Floats:
         """(n,) the share of the question's words that a row has; of its particulars only, where its kind is known.
 
-        "A striped throw pillow" is no less a cushion for being called one; NaN where there are no particulars.
+        "A striped throw pillow" is no less a cushion for being called one; NaN where there are no particulars, and
+        where traits are all that is asked: "something light" is no ceiling light.
         """
-        if not query_words(text, without=asks.named):
+        if asks.form == "traits" or not query_words(text, without=asks.named):
             return np.full(len(view.keys), np.nan, dtype=np.float32)
         words = self.index.words.degrees(text, without=asks.named)
-        words = np.where(np.diff(self.index.indptr) > 0, words, np.float32(np.nan))
-        return words if view.rows is None else words[view.rows]
+        return np.where(view.told, words if view.rows is None else words[view.rows], np.float32(np.nan))
 
     def _known_part(self, view: _View, asks: Facets, background: Floats | None) -> Floats:
         """(n,) what common knowledge says: kind, traits and use asked for, multiplied; NaN where it says nothing."""
@@ -422,11 +431,14 @@ class Scorer:
             return np.maximum(by_words, 0.0)
         names, uses = background[: len(self._known.names)], background[len(self._known.names) :]
         best = self._known.best_use(contrast(uses, uses) + np.float32(self._calibration.cover) * cover)
-        return np.maximum(self._calibrated("use", best), self._calibrated("topic", contrast(names, names)))
+        return np.maximum(
+            self._calibrated("use", best), self._calibrated("topic", contrast(names, names[: self._known.n_lines]))
+        )
 
     def _calibrated(self, name: str, z: Floats) -> Floats:
         line, slope = self._calibration.line[name], self._calibration.slope[name]
-        return np.asarray(1.0 / (1.0 + np.exp(-slope * (z - np.float32(line)))), dtype=np.float32)
+        steep = np.clip(np.float32(slope) * (z - np.float32(line)), -30.0, 30.0)
+        return np.asarray(1.0 / (1.0 + np.exp(-steep)), dtype=np.float32)
 
     def _fused(self, view: _View, parts: Mapping[str, Floats], meaning: Meaning, asks: Facets | None) -> Floats:
         """Pool the evidences' log-odds, leaving out what is missing; add what the words say."""
@@ -456,7 +468,9 @@ class Scorer:
             mentioned = np.nan_to_num(view.things.best(is_argument), nan=0.0)
             pooled = pooled - np.float32(self._calibration.argument) * mentioned
         degree = 1.0 / (1.0 + np.exp(-pooled))
-        return np.where((mass > 0) | spoken, degree, 0.0).astype(np.float32)
+        # Of a thing that has texts, but none that tells, one may doubt; what has no evidence at all does not fit.
+        silent = np.where(view.told, np.float32(UNKNOWN), np.float32(0.0))
+        return np.where((mass > 0) | spoken, degree, silent).astype(np.float32)
 
 
 def contrast(cosines: Floats, background: Floats) -> Floats:

@@ -19,7 +19,7 @@ from cgdb.errors import CorruptionError
 from cgdb.knowledge import knowledge
 from cgdb.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
-FORMAT = 2
+FORMAT = 3
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
 
 MOST_TEXT_PROPERTIES = 32
