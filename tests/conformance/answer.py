@@ -11,6 +11,7 @@ import sys
 import tomllib
 import traceback
 from collections.abc import Mapping
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +119,8 @@ def _by_id(table: Mapping[str, float]) -> dict[int | str, float]:
 def _parameter(value: Any) -> Any:
     if isinstance(value, dict) and "vector" in value:
         return cgdb.Vector(values=np.asarray(value["vector"], np.float32), space=value.get("space"))
+    if isinstance(value, dict) and "seconds_ago" in value:
+        return (datetime.now(UTC) - timedelta(seconds=value["seconds_ago"])).isoformat()
     return None if value == "null" else value
 
 
