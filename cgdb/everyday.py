@@ -456,7 +456,8 @@ ball, beach ball; soccer ball; football, rugby ball; tennis ball; volleyball; ba
     sports equipment, toy | small light firm rubber round | throw, kick or catch, play a team sport with
 basketball, basketball hoop, basketball ball | ball | small light firm rubber round orange | shoot hoops, dribble and
     score baskets with
-bat or racket; racket, tennis racket, badminton racket; baseball bat, cricket bat; hockey stick; golf club; ping pong paddle,
+bat or racket; racket, tennis racket, badminton racket; baseball bat, cricket bat; hockey stick; golf club; ping pong
+    paddle,
     table tennis paddle | sports equipment | medium light rigid | hit a ball with
 game table; table tennis table, ping pong table; pool table, billiard table; foosball table | game, table | huge heavy
     rigid | play table tennis or pool on

@@ -242,21 +242,18 @@ class Knowledge:
         np.maximum.at(best, self.use_of[:, 1], values[self.use_of[:, 0]])
         return best
 
-    def trait_degrees(self, trait: int, stated: NDArray[np.uint64], usual: Floats) -> Floats:
+    def trait_degrees(self, trait: int, masks: NDArray[np.uint64], which: NDArray[np.int64], usual: Floats) -> Floats:
         """(n,) degree of rows to have a trait, by what the map states of them and what is usual for their things.
 
-        usual: (n,) NaN where nothing is known. A stated trait of the same scale decides.
+        masks[which]: (n,) the stated traits; there are few different ones. usual: (n,) NaN where nothing is known. What
+        is stated on the same scale decides.
         """
-        others = np.flatnonzero(np.isfinite(self.alike[trait])).tolist()
-        about = np.uint64(sum(1 << other for other in others))
-        told = np.flatnonzero(stated & about)
-        degree = usual.copy()
-        best = np.zeros(len(told), dtype=np.float32)
-        for other in others:
-            says = stated[told] & np.uint64(1 << other) != 0
-            np.maximum(best, np.where(says, self.alike[trait, other], np.float32(0.0)), out=best)
-        degree[told] = best
-        return degree
+        best = np.full(len(masks), np.nan, dtype=np.float32)
+        for other in np.flatnonzero(np.isfinite(self.alike[trait])).tolist():
+            says = masks & np.uint64(1 << other) != 0
+            best = np.where(says, np.fmax(best, self.alike[trait, other]), best)
+        stated = best[which]
+        return np.where(np.isfinite(stated), stated, usual)
 
 
 _DAMPED = {
@@ -345,7 +342,7 @@ def knowledge() -> Knowledge:
         use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,
-        version=hashlib.sha256((everyday.TABLE + everyday.TRAITS).encode()).hexdigest()[:16],
+        version=_version(),
     )
 
 
@@ -356,6 +353,12 @@ def _use_words(uses: Sequence[str]) -> dict[str, tuple[int, ...]]:
             if word not in FUNCTION_WORDS:
                 found.setdefault(stem(word), {}).setdefault(i)
     return {word: tuple(ids) for word, ids in found.items()}
+
+
+def _version() -> str:
+    """Of what the table says, however its lines are wrapped."""
+    lines = [*_lines(everyday.TABLE), *_lines(everyday.TRAITS)]
+    return hashlib.sha256("\n".join(" ".join(line.split()) for line in lines).encode()).hexdigest()[:16]
 
 
 def _names(text: str) -> list[str]:

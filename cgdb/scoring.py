@@ -113,7 +113,12 @@ class Calibration:
 
     line, slope: in standard deviations above the background. weight: {form of the question: {evidence: weight}}.
     words: {form: log-odds that a full match of the question's words adds}. argument: log-odds that a thing loses when
-    the question only says what is to be done to it.
+    the question only says what is to be done to it. cover: standard deviations that a use gains when the question has
+    all its words.
+
+    Chosen by leaving maps out (benchmarks/retrieval.py --fit), where they form a plateau: neighbouring values do as well.
+    The line of images is where precision and recall meet on LVIS features in scenes of 60 objects; what "name" weighs
+    (brands, numbers) and "traits" is set by hand, for lack of judged questions of those forms.
     """
 
     line: Mapping[str, float] = field(
@@ -203,13 +208,17 @@ class _TextBackground:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _View:
-    """The rows that a question is asked of: all of the scene, or the few that a plan has left."""
+    """The rows that a question is asked of: all of the scene, or the few that a plan has left.
+
+    masks[stated]: (n,) the traits that the map states of each row, as bits; told: (n,) whether it has any text.
+    """
 
     rows: Rows | None
     keys: NDArray[np.int64]
     texts: Mapping[str, _Lists]
     things: _Lists
-    stated: NDArray[np.uint64]
+    masks: NDArray[np.uint64]
+    stated: NDArray[np.int64]
     told: NDArray[np.bool_]
 
 
@@ -247,12 +256,14 @@ class Scorer:
             texts[name] = _Lists.of(n, rows[chosen], index.text_ids[chosen])
         captions = texts["caption"].ids
         self._shared = np.unique(captions[captions < index.n_names])
+        masks, stated = np.unique(index.facts.stated, return_inverse=True)
         self._all = _View(
             rows=None,
             keys=index.keys,
             texts=texts,
             things=self._things(),
-            stated=index.facts.stated,
+            masks=masks,
+            stated=stated,
             told=np.diff(index.indptr) > 0,
         )
 
@@ -352,6 +363,7 @@ class Scorer:
             keys=self.keys[rows],
             texts={name: lists.only(rows) for name, lists in self._all.texts.items()},
             things=self._all.things.only(rows),
+            masks=self._all.masks,
             stated=self._all.stated[rows],
             told=self._all.told[rows],
         )
@@ -414,7 +426,7 @@ class Scorer:
             part = view.things.best(of_thing)
         for trait in asks.traits:
             usual = view.things.best(known.has[:, trait])
-            degree = known.trait_degrees(trait, view.stated, usual)
+            degree = known.trait_degrees(trait, view.masks, view.stated, usual)
             # What nobody tells is left out where it is all that is asked, and is even chance beside a kind or a use.
             untold = np.where(np.isfinite(degree), degree, np.float32(0.5))
             part = np.where(np.isfinite(part), part * untold, degree)
