@@ -116,7 +116,7 @@ class Calibration:
     the question only says what is to be done to it. cover: standard deviations that a use gains when the question has
     all its words.
 
-    Chosen by leaving maps out (benchmarks/retrieval.py --fit), where they form a plateau: neighbouring values do as well.
+    Chosen by leaving maps out (benchmarks/retrieval.py --fit), where neighbouring values do as well.
     The line of images is where precision and recall meet on LVIS features in scenes of 60 objects; what "name" weighs
     (brands, numbers) and "traits" is set by hand, for lack of judged questions of those forms.
     """
