@@ -58,7 +58,8 @@ class Executor:
         ]
         if missing:
             return _no_rows(plan.match.nodes, [edge.name for edge in plan.match.edges])
-        return self._match(plan, {}) if plan.seed is None else self._from_vectors(plan, plan.seed)
+        known = self._filtered(plan)
+        return self._match(plan, known) if plan.seed is None else self._from_vectors(plan, plan.seed, known)
 
     def pattern_truth(self, pattern: ast.Pattern, rows: Bindings) -> Truth:
         """The degree of a pattern used as a condition: of its best match, for the nodes that each row gives it."""
@@ -88,11 +89,20 @@ class Executor:
         known = {name: np.unique(rows.nodes[name]) for name in shared}
         return self._match(self._subplans[pattern], known, collapse=False), shared
 
-    def _from_vectors(self, plan: Plan, seed: Seed) -> Bindings:
+    def _filtered(self, plan: Plan) -> dict[str, Positions]:
+        """{node: the only positions that it may have}, by the plan's filters."""
+        known: dict[str, Positions] = {}
+        for name, condition in plan.filters:
+            started = time.perf_counter()
+            rows = Bindings.of_nodes(name, self._scanned(plan.match.nodes[name], known.get(name)))
+            known[name] = rows.weigh(self.evaluator.truth(condition, rows)).nodes[name]
+            self._profile.add(f"filter {id(condition)}", len(known[name]), time.perf_counter() - started)
+        return known
+
+    def _from_vectors(self, plan: Plan, seed: Seed, known: Mapping[str, Positions]) -> Bindings:
         """Rows for the best candidates of one ``~`` first, until no later candidate can be among the best rows."""
         assert plan.top is not None
-        node = plan.match.nodes[seed.node]
-        candidates = self._view.columns.of_label(node.label)
+        candidates = self._scanned(plan.match.nodes[seed.node], known.get(seed.node))
         started = time.perf_counter()
         degrees = self._view.degrees.of(self._query.meanings[seed.meaning], candidates).astype(np.float64)
         order = np.argsort(-degrees, kind="stable")
@@ -100,10 +110,12 @@ class Executor:
         parts: list[Bindings] = []
         best = np.empty(0)
         done, size = 0, max(FIRST_BATCH, 2 * plan.top)
+        if len(candidates) <= 4 * size:
+            size = len(candidates)
         while done < len(order):
             batch = np.sort(candidates[order[done : done + size]])
             done, size = done + len(batch), size * 4
-            parts.append(self._match(plan, {seed.node: batch}))
+            parts.append(self._match(plan, {**known, seed.node: batch}))
             best = np.sort(np.concatenate([best, parts[-1].truth.degree]))[::-1][: plan.top]
             if done < len(order) and len(best) == plan.top and best[-1] >= degrees[order[done]]:
                 break

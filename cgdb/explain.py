@@ -29,6 +29,8 @@ def plan_text(
             about += f"  [{rows:,} rows, {1000 * seconds:.2f} ms]"
         lines.append(f"{len(lines) + 1}. {text}{about}")
 
+    for name, test in plan.filters:
+        step(f"filter: {name} by {to_text(test)}", f"filter {id(test)}")
     if plan.seed is not None:
         text = meaning_text(query.meanings[plan.seed.meaning])
         step(

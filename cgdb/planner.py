@@ -13,12 +13,19 @@ from cgdb.catalog import Catalog
 from cgdb.cypher import Component, pushable, variables
 from cgdb.grammar import ast
 
+# Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.
 GRAPH_ROW = 3e-6
-"""Seconds that one row of a graph step costs, measured; with DEGREE and LOOKUP it decides where a query starts."""
+"""Of one row of a graph step."""
+GRAPH_STEP = 1.5e-3
+"""Of any graph step."""
 DEGREE = 0.4e-6
-"""Seconds that the degree of one object costs when all of a scene are computed together."""
-LOOKUP = 20e-6
-"""Seconds that one key looked up in the graph index costs."""
+"""Of the degree of one object when all of a scene are computed together."""
+TEST = 0.2e-6
+"""Of a comparison for one node when all are compared together."""
+LOOKUP = 10e-6
+"""Of one key that a graph step starts from ..."""
+KEY_TEST = 0.5e-9
+"""... and of comparing it with one node."""
 FIRST_BATCH = 64
 """Candidates that a search from the vectors brings to the graph first; each later batch is four times as large."""
 
@@ -35,12 +42,14 @@ class Seed:
 class Plan:
     """How a match is carried out, in this order.
 
-    components: matched in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden:
-    conditions on unnamed nodes, whose best match counts. conditions: the rest, cheapest first. seed: start from the
-    vectors, None: from the graph. top: rows that are enough, None: all. estimates: {component: rows}.
+    filters: (node, condition) pairs, tested on all nodes of its label before anything is matched. components: matched
+    in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden: conditions on unnamed
+    nodes, whose best match counts. conditions: the rest, cheapest first. seed: start from the vectors, None: from the
+    graph. top: rows that are enough, None: all. estimates: {component: rows}.
     """
 
     match: BoundMatch
+    filters: tuple[tuple[str, ast.Expression], ...] = ()
     components: tuple[Component, ...] = ()
     paths: tuple[BoundEdge, ...] = ()
     hidden: tuple[ast.Expression, ...] = ()
@@ -142,6 +151,29 @@ def estimate_rows(draft: _Draft) -> _Draft:
     return replace(draft, plan=replace(draft.plan, estimates=estimates))
 
 
+def filter_first(draft: _Draft) -> _Draft:
+    """What one node alone must meet is tested on all nodes at once, where that is cheaper than matching them first.
+
+    Only yes-or-no conditions: they leave candidates, and nothing to be weighed afterwards.
+    """
+    made = draft.plan
+    if draft.query is None:
+        return draft
+    filters, rest, estimates = [], [], list(made.estimates)
+    for condition in made.conditions:
+        names = variables(condition)
+        node = made.match.nodes.get(next(iter(names))) if len(names) == 1 else None
+        if node is not None and node.id is None and _is_test(condition):
+            home = next(i for i, part in enumerate(made.components) if node in part.nodes)
+            if _size(node, draft.catalog) * TEST <= estimates[home] * GRAPH_ROW:
+                filters.append((node.name, condition))
+                estimates[home] *= _RANGE
+                continue
+        rest.append(condition)
+    made = replace(made, filters=tuple(filters), conditions=tuple(rest), estimates=tuple(estimates))
+    return replace(draft, plan=made)
+
+
 def choose_start(draft: _Draft) -> _Draft:
     """Start from the vectors where the best few matches of a ``~`` will do and the graph would give many more rows.
 
@@ -165,8 +197,8 @@ def choose_start(draft: _Draft) -> _Draft:
         objects = max(draft.catalog.n_nodes, 1)
         tried = min(objects, max(FIRST_BATCH, 4 * top))
         structural = any(part.edges or part.pushed for part in made.components)
-        lookup = LOOKUP if structural else GRAPH_ROW
-        from_vectors = objects * DEGREE + tried * lookup + rows * tried / objects * GRAPH_ROW
+        lookups = GRAPH_STEP + tried * (LOOKUP + objects * KEY_TEST) if structural else tried * GRAPH_ROW
+        from_vectors = objects * DEGREE + lookups + rows * tried / objects * GRAPH_ROW
         if from_vectors < rows * GRAPH_ROW:
             made = replace(made, seed=seeds[0])
     return replace(draft, plan=made)
@@ -179,6 +211,7 @@ RULES: tuple[Rule, ...] = (
     split_hidden,
     order_conditions,
     estimate_rows,
+    filter_first,
     choose_start,
 )
 
@@ -190,12 +223,7 @@ _EQUAL, _RANGE = 0.05, 0.3
 
 
 def _rows(part: Component, catalog: Catalog) -> float:
-    def size(node: BoundNode) -> float:
-        if node.id is not None:
-            return 1.0
-        return float(catalog.n_nodes if node.label is None else catalog.labels.get(node.label, 0))
-
-    nodes = {node.name: size(node) for node in part.nodes}
+    nodes = {node.name: _size(node, catalog) for node in part.nodes}
     rows = 1.0
     for count in nodes.values():
         rows *= count
@@ -209,6 +237,21 @@ def _rows(part: Component, catalog: Catalog) -> float:
         )
         rows *= _EQUAL if equal else _RANGE
     return rows
+
+
+def _size(node: BoundNode, catalog: Catalog) -> float:
+    if node.id is not None:
+        return 1.0
+    return float(catalog.n_nodes if node.label is None else catalog.labels.get(node.label, 0))
+
+
+def _is_test(condition: ast.Expression) -> bool:
+    """Whether it is a plain yes or no, whatever else the row was asked."""
+    weighed = (ast.Similar, ast.PatternCondition)
+    return not any(
+        isinstance(item, weighed) or (isinstance(item, ast.Call) and item.name == "score")
+        for item in _inside(condition)
+    )
 
 
 def _cost(condition: ast.Expression) -> int:
