@@ -8,6 +8,7 @@ from it. A box without an extent is a point.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +19,12 @@ _TOUCH = 0.05
 """Metres by which a box may sink into the one below it and still be above it: the noise of mapped boxes."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Boxes:
-    """n boxes: centers (n, 3), extents (n, 3) with NaN where unknown, rotations (n, 3, 3); up: axis 0-2 and sign."""
+    """n boxes: centers (n, 3), extents (n, 3) with NaN where unknown, rotations (n, 3, 3); up: axis 0-2 and sign.
+
+    Hulls are worked out once for all boxes of a scene, and handed on to those that are taken from them.
+    """
 
     centers: Floats
     extents: Floats
@@ -33,21 +37,23 @@ class Boxes:
 
     def take(self, rows: NDArray[np.int64]) -> Boxes:
         """The boxes at these rows, in their order."""
-        return Boxes(
+        taken = Boxes(
             centers=self.centers[rows],
             extents=self.extents[rows],
             rotations=self.rotations[rows],
             up_axis=self.up_axis,
             up_sign=self.up_sign,
         )
+        taken.__dict__.update(half_hulls=self.half_hulls[rows], aligned=self.aligned[rows])
+        return taken
 
-    @property
+    @cached_property
     def half_hulls(self) -> Floats:
         """(n, 3) half side lengths of the smallest world-aligned boxes around them; 0 for points."""
         sides = np.nan_to_num(self.extents, nan=0.0)
         return 0.5 * _einsum("nij,nj->ni", np.abs(self.rotations), sides)
 
-    @property
+    @cached_property
     def aligned(self) -> NDArray[np.bool_]:
         """(n,) whether a box is its own world-aligned hull, up to a permutation of its axes."""
         return np.asarray(np.abs(self.rotations).max(axis=2).min(axis=1) > 1.0 - 1e-9)
