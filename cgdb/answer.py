@@ -158,11 +158,12 @@ def _values(part: SceneRows, item: ast.Expression, rows: Bindings) -> list[Value
     """The values of an expression as results hold them: nodes and relations as records, null as None."""
     view = part.view
     if isinstance(item, ast.Variable) and item.name in rows.edges:
-        return _edge_values(view, rows.edges[item.name])
+        edge = next(edge for edge in part.plan.match.edges if edge.name == item.name)
+        return _edge_values(view, rows.edges[item.name], edge)
     column = part.executor.evaluator.value(item, rows)
     if isinstance(item, ast.Variable | ast.ObjectRef):
-        records = view.stored(column)
-        return [records[position] for position in column.tolist()]
+        records = view.stored(column[column >= 0])
+        return [records.get(position) for position in column.tolist()]
     return [_plain_number(value) for value in column.tolist()]
 
 
@@ -175,13 +176,13 @@ def _plain_number(value: Any) -> Value:
     return value  # type: ignore[no-any-return]
 
 
-def _edge_values(view: SceneView, edge: EdgeColumn) -> list[Value]:
+def _edge_values(view: SceneView, edge: EdgeColumn, asked: BoundEdge) -> list[Value]:
     ids = view.column("id")
     name = view.info.name
     values: list[Value] = []
     for i in range(len(edge.source)):
         if edge.hops is not None:
-            values.append(_path(view, edge.hops[i], float(edge.confidence[i])))
+            values.append(_path(view, edge.hops[i], asked))
             continue
         values.append(
             StoredRelation(
@@ -197,13 +198,13 @@ def _edge_values(view: SceneView, edge: EdgeColumn) -> list[Value]:
     return values
 
 
-def _path(view: SceneView, way: tuple[int, ...], confidence: float) -> Path:
+def _path(view: SceneView, way: tuple[int, ...], asked: BoundEdge) -> Path:
     ids = [view.column("id")[position] for position in way]
-    between = view.relations_of(np.asarray(way, np.int64))
+    between = [r for r in view.relations_of(np.asarray(way, np.int64)) if not asked.labels or r.label in asked.labels]
     relations = []
     for one, other in itertools.pairwise(ids):
-        steps = [r for r in between if {r.source, r.target} == {one, other}]
-        relations.append(max(steps, key=lambda r: r.confidence))
+        ends = ((one, other),) if asked.directed else ((one, other), (other, one))
+        relations.append(max((r for r in between if (r.source, r.target) in ends), key=lambda r: r.confidence))
     return Path(relations=tuple(relations))
 
 
@@ -235,6 +236,8 @@ def _grouped(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Row]:
         )
         scores = [float(part.rows.truth.degree[row]) for part, row in members]
         result.append(Row(values, max(scores, default=0.0), bool(members), _group_explainer(query, members)))
+    # Best first; equal ones, and with ORDER BY what is equal in that, keep this order.
+    result.sort(key=lambda row: -round(row.score, 6))
     if query.order:
         for item in reversed(query.order):
             at = next(i for i, column in enumerate(query.returns) if column.expression == item.expression)

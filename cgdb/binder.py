@@ -222,12 +222,15 @@ class _Binder:
                     hint="write the label where the variable is first used",
                     span=item.span,
                 )
-            node = known_node if node_id is None else replace(known_node, id=node_id)
+            if node_id is not None and known_node.id not in (None, node_id):
+                raise BindError(
+                    f"'{name}' is #{known_node.id} where it was first named, and #{node_id} here", span=item.span
+                )
+            node = known_node if item.id is None else replace(known_node, id=node_id, span=item.id.span)
         else:
             label = item.label or (None if node_id is not None else "Object")
-            node = BoundNode(
-                name=name or self._fresh(), named=name is not None, label=label, id=node_id, span=item.span
-            )
+            span = item.span if item.id is None else item.id.span
+            node = BoundNode(name=name or self._fresh(), named=name is not None, label=label, id=node_id, span=span)
         scope.nodes[node.name] = node
         for property_name, value in item.properties:
             left, kind = self._expression(ast.Property(variable=node.name, name=property_name, span=value.span), scope)
@@ -267,6 +270,12 @@ class _Binder:
         )
         if isinstance(edge.meaning, LikeMeaning | VectorMeaning):
             raise BindError("a relation is compared with a text", span=item.span)
+        if edge.meaning is not None and edge.is_path:
+            raise BindError(
+                "'~' asks what one relation means, and this is a path of several",
+                hint="write an edge for each relation",
+                span=item.span,
+            )
         scope.edges[edge.name] = edge
         self._warn_of_ends(edge, scope)
         return edge
@@ -407,7 +416,7 @@ class _Binder:
             case ast.Parameter():
                 return self._expression(self._literal(self._parameter(item), item), scope)
             case ast.ListOf():
-                return replace(item, items=tuple(self._expression(x, scope)[0] for x in item.items)), "list"
+                return replace(item, items=tuple(self._member(x, scope) for x in item.items)), "list"
             case ast.Variable():
                 return item, self._variable(item.name, item.span, scope)
             case ast.Property():
@@ -444,16 +453,12 @@ class _Binder:
                     raise BindError(f"'{item.op}' compares numbers or texts", span=item.span)
                 return replace(item, left=left, right=right)
             case ast.In():
-                member, _ = self._expression(item.item, scope)
-                collection, kind = self._expression(item.collection, scope)
-                self._expect(kind, "list", item.collection, "IN asks for a list")
-                return replace(item, item=member, collection=collection)
+                return self._membership(item, scope)
             case ast.Contains():
                 text, kind = self._expression(item.text, scope)
                 if kind not in ("text", "list", "any", "id", "mixed"):
                     raise BindError(f"CONTAINS looks into a text or a list, not a {kind}", span=item.text.span)
-                part, _ = self._expression(item.part, scope)
-                return replace(item, text=text, part=part)
+                return replace(item, text=text, part=self._member(item.part, scope))
             case ast.StartsWith():
                 text, kind = self._expression(item.text, scope)
                 self._expect(kind, "text", item.text, "STARTS WITH looks at a text")
@@ -473,6 +478,42 @@ class _Binder:
                 return item
             case _:
                 raise BindError(f"a {type(item).__name__} cannot stand here", span=item.span)
+
+    def _membership(self, item: ast.In, scope: _Scope) -> ast.Expression:
+        member, kind = self._expression(item.item, scope)
+        if kind != "node":
+            self._is_value(kind, item.item)
+            collection, of = self._expression(item.collection, scope)
+            self._expect(of, "list", item.collection, "IN asks for a list")
+            return replace(item, item=member, collection=collection)
+        if not isinstance(item.collection, ast.ListOf):
+            raise BindError(
+                "a node is looked for among nodes: [#1, #2]",
+                hint=f"the ids are values: {to_text(item.item)}.id IN ..."
+                if isinstance(member, ast.Variable)
+                else None,
+                span=item.collection.span,
+            )
+        nodes = []
+        for one in item.collection.items:
+            bound, of = self._expression(one, scope)
+            self._comparable(kind, of, one)
+            nodes.append(bound)
+        return replace(item, item=member, collection=replace(item.collection, items=tuple(nodes)))
+
+    def _member(self, item: ast.Expression, scope: _Scope) -> ast.Expression:
+        """What may stand in a list: nodes and relations are known by their places here, which are no values."""
+        bound, kind = self._expression(item, scope)
+        self._is_value(kind, item)
+        return bound
+
+    def _is_value(self, kind: str, item: ast.Expression) -> None:
+        if kind in ("node", "edge", "path"):
+            raise BindError(
+                f"a list holds values, and this is a {kind}",
+                hint="its id is a value; collect() in RETURN makes lists of nodes and relations",
+                span=item.span,
+            )
 
     def _subpattern(self, pattern: ast.Pattern, scope: _Scope) -> None:
         inner = _Scope(nodes=dict(scope.nodes), edges=dict(scope.edges))
@@ -545,6 +586,8 @@ class _Binder:
             bound, kind = self._expression(argument, scope, aggregates=aggregates and item.name not in AGGREGATES)
             wanted = signature.takes[min(position, len(signature.takes) - 1)]
             self._expect(kind, wanted, argument, f"{item.name}() asks for a {wanted}")
+            if wanted == "any" and kind in ("node", "edge", "path"):
+                raise BindError(f"{item.name}() asks for a value, and this is a {kind}", span=argument.span)
             arguments.append(bound)
         return replace(item, arguments=tuple(arguments)), signature.gives
 
@@ -579,6 +622,12 @@ class _Binder:
             raise BindError(f"{rule}, and this is a {kind}", span=item.span)
 
     def _comparable(self, one: str, other: str, item: ast.Expression) -> None:
+        if {one, other} & {"edge", "path"}:
+            raise BindError(
+                "relations are not compared as a whole: two edges never stand for the same one",
+                hint="compare what they say: r.label, r.source, r.target",
+                span=item.span,
+            )
         loose = {"any", "mixed"}
         same = (
             one == other or loose & {one, other} or {one, other} <= {"id", "number"} or {one, other} <= {"id", "text"}

@@ -15,6 +15,7 @@ from cgdb.grammar import ast
 from cgdb.grammar.parser import parse_condition
 from cgdb.limits import Budget
 from cgdb.planner import plan
+from cgdb.query import check_ids
 from cgdb.view import SceneView
 
 OBJECT = "o"
@@ -31,6 +32,7 @@ def fitting(view: SceneView, condition: str, parameters: Mapping[str, Any], budg
             returns=(ast.ReturnItem(expression=ast.Variable(name=OBJECT)),),
         )
         bound = bind(query, view.catalog, parameters)
+        check_ids(bound, [view])
         rows = Executor(view, bound, budget, Profile()).rows(plan(bound, view.catalog))
     except CgdbError as error:
         raise error.located(condition) from error.__cause__

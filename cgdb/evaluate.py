@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cgdb import geometry
+from cgdb.binder import LikeMeaning
 from cgdb.bindings import Bindings, EdgeColumn, Positions, Truth
 from cgdb.errors import ExecuteError
 from cgdb.grammar import ast
@@ -57,7 +59,7 @@ class Evaluator:
             case ast.Not(item=inner):
                 return ~self.truth(inner, rows)
             case ast.Similar(variable=variable, meaning=meaning):
-                return Truth.of(self._view.degrees.of(self._meanings[meaning], rows.nodes[variable]))
+                return Truth.of(self.degrees(self._meanings[meaning], rows.nodes[variable]))
             case ast.PatternCondition(pattern=pattern):
                 return self._pattern_truth(pattern, rows)
             case ast.Comparison(op=op, left=left, right=right):
@@ -78,6 +80,12 @@ class Evaluator:
             case _:
                 return Truth.certain(_flags(value is True for value in _listed(self.value(item, rows))))
 
+    def degrees(self, meaning: Meaning, positions: Positions) -> NDArray[np.float32]:
+        """(n,) float32 how well these nodes match a meaning; 0 where it is an object that the scene does not have."""
+        if isinstance(meaning, LikeMeaning) and self._view.find(meaning.id) is None:
+            return np.zeros(len(positions), np.float32)
+        return self._view.degrees.of(meaning, positions)
+
     # -- values -------------------------------------------------------------------------------------------------
 
     def value(self, item: ast.Expression, rows: Bindings) -> Column:
@@ -91,7 +99,9 @@ class Evaluator:
             case ast.Null():
                 return _filled(n, None)
             case ast.ObjectRef(id=node_id):
-                return np.full(n, self._view.position(node_id), np.int64)
+                # In a scene that has no such node it stands for none: -1, which is no node's position.
+                position = self._view.find(node_id)
+                return np.full(n, -1 if position is None else position, np.int64)
             case ast.ListOf(items=items):
                 members = [_listed(self.value(x, rows)) for x in items]
                 return _objects(list(row) for row in zip(*members, strict=True)) if members else _filled(n, [])
@@ -171,12 +181,12 @@ class Evaluator:
             case "score":
                 return self._score(item, rows)
             case "id":
-                return self._view.column("id")[self.value(arguments[0], rows)]
+                return self._of_nodes("id", self.value(arguments[0], rows))
             case "label":
                 first = arguments[0]
                 if isinstance(first, ast.Variable) and first.name in rows.edges:
                     return rows.edges[first.name].label
-                return self._view.column("label")[self.value(first, rows)]
+                return self._of_nodes("label", self.value(first, rows))
             case "size":
                 return self._size(arguments[0], rows)
             case "lower":
@@ -227,7 +237,16 @@ class Evaluator:
 
     def _boxes(self, item: ast.Expression, rows: Bindings) -> geometry.Boxes:
         positions: Positions = self.value(item, rows)
-        return self._view.columns.boxes.take(positions)
+        if not (positions < 0).any():
+            return self._view.columns.boxes.take(positions)
+        boxes = self._view.columns.boxes.take(np.maximum(positions, 0))
+        return replace(boxes, centers=np.where(positions[:, None] < 0, np.nan, boxes.centers))
+
+    def _of_nodes(self, name: str, positions: Positions) -> Column:
+        if not (positions < 0).any():
+            return self._view.column(name)[positions]
+        column = self._view.column(name)
+        return _objects(column[position] if position >= 0 else None for position in positions.tolist())
 
 
 # -- columns ----------------------------------------------------------------------------------------------------

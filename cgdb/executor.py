@@ -104,7 +104,7 @@ class Executor:
         assert plan.top is not None
         candidates = self._scanned(plan.match.nodes[seed.node], known.get(seed.node))
         started = time.perf_counter()
-        degrees = self._view.degrees.of(self._query.meanings[seed.meaning], candidates).astype(np.float64)
+        degrees = self.evaluator.degrees(self._query.meanings[seed.meaning], candidates).astype(np.float64)
         order = np.argsort(-degrees, kind="stable")
         self._profile.add(f"vectors {seed.node}", len(candidates), time.perf_counter() - started)
         parts: list[Bindings] = []
@@ -126,7 +126,8 @@ class Executor:
         known = dict(known)
         for node in plan.match.nodes.values():
             if node.id is not None:
-                here = np.asarray([self._view.position(node.id)], np.int64)
+                position = self._view.find(node.id)
+                here = np.asarray([] if position is None else [position], np.int64)
                 known[node.name] = np.intersect1d(known[node.name], here) if node.name in known else here
         rows: Bindings | None = None
         for number, component in enumerate(plan.components):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from cgdb.answer import SceneRows, answer
 from cgdb.binder import BoundQuery, bind
 from cgdb.catalog import merge
-from cgdb.errors import BindError, CgdbError, ExecuteError, did_you_mean
+from cgdb.cypher import parts
+from cgdb.errors import BindError, CgdbError, ExecuteError, did_you_mean, one_of
 from cgdb.executor import Executor, Profile, meanings_of
 from cgdb.explain import plan_text
 from cgdb.grammar import ast
@@ -42,7 +43,7 @@ def run(text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Bud
         lap("open")
         catalog = merge(view.catalog for view in views)
         bound = bind(tree, catalog, parameters)
-        _check_ids(bound, views)
+        check_ids(bound, views)
         lap("bind")
         made = plan(bound, catalog)
         lap("plan")
@@ -109,17 +110,28 @@ def _given(item: ast.Parameter, parameters: Mapping[str, Any]) -> Any:
     return parameters[item.name]
 
 
-def _check_ids(bound: BoundQuery, views: Sequence[SceneView]) -> None:
-    """An id that no scene has is a slip of the pen, and said so; one that some scenes lack just gives no rows there."""
-    for match in (bound.match, *bound.subpatterns.values()):
-        for node in match.nodes.values():
-            if node.id is not None and all(view.find(node.id) is None for view in views):
-                raise _no_such_id(node.id, views, node)
+def check_ids(bound: BoundQuery, views: Sequence[SceneView]) -> None:
+    """An id that no scene has is a slip of the pen, and said so; one that some scenes lack stands for none there."""
+    for item in sorted(_references(bound), key=lambda item: item.span.start):
+        if all(view.find(item.id) is None for view in views):
+            names = one_of((view.info.name for view in views), most=4)
+            raise BindError(f"there is no object or place #{item.id} in {names}", span=item.span)
 
 
-def _no_such_id(node_id: int | str, views: Sequence[SceneView], item: Any) -> BindError:
-    names = ", ".join(f"'{view.info.name}'" for view in views[:4])
-    return BindError(f"there is no object or place #{node_id} in {names}", span=item.span)
+def _references(bound: BoundQuery) -> Iterator[ast.ObjectRef]:
+    """Every id that the statement names."""
+    matches = (bound.match, *bound.subpatterns.values())
+    for node in (node for match in matches for node in match.nodes.values()):
+        if node.id is not None:
+            yield ast.ObjectRef(id=node.id, span=node.span)
+    items: list[Any] = [*bound.meanings, *bound.conditions, *(c for match in matches for c in match.conditions)]
+    items.extend(column.expression for column in bound.returns)
+    items.extend(order.expression for order in bound.order)
+    while items:
+        item = items.pop()
+        if isinstance(item, ast.ObjectRef):
+            yield item
+        items.extend(parts(item))
 
 
 def _executed(

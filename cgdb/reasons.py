@@ -75,8 +75,9 @@ def _condition_reason(
         if isinstance(item, ast.Similar):
             meaning = query.meanings[item.meaning]
             position = int(row.nodes[item.variable][0])
-            evidence[f"{names.of(position)} ~ {meaning_text(meaning)}"] = _evidence_text(
-                view.degrees.explain(meaning, position)
+            absent = isinstance(meaning, LikeMeaning) and view.find(meaning.id) is None
+            evidence[f"{names.of(position)} ~ {meaning_text(meaning)}"] = (
+                "0.00: it is not in this scene" if absent else _evidence_text(view.degrees.explain(meaning, position))
             )
         elif isinstance(item, ast.PatternCondition):
             best = executor.best_match(item.pattern, row)
