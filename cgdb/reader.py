@@ -216,6 +216,7 @@ def nodes_by_key(reading: Reading, info: SceneInfo, sound: Sound, keys: Iterable
         asked.update(some)
         with reading() as connection:
             raw = connection.execute(_live("nodes", info).where(schema.nodes.c.key.in_(some))).all()
+        _expect(info, "nodes", all(row[0] in asked for row in raw))
         for row in raw:
             found[row[0]] = verified("nodes", info.id, info.name, row)[1]
     _prove_absent(reading, info, sound, "nodes", schema.nodes.c.key, asked - found.keys())
@@ -229,6 +230,7 @@ def node_by_id(reading: Reading, info: SceneInfo, sound: Sound, ident: str) -> N
     if row is None:
         _prove_absent(reading, info, sound, "nodes", schema.nodes.c.id, [ident])
         return None
+    _expect(info, "nodes", row.id == ident)
     node: NodeRow = verified("nodes", info.id, info.name, row)[1]
     return node
 
@@ -237,11 +239,13 @@ def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list
     """The live relations that touch any of keys, by source, target, label, origin."""
     table = schema.relations.c
     found: dict[tuple[int, int, str, str], RelationRow] = {}
-    for some in _chunks(keys):
+    for chunk in _chunks(keys):
+        some = set(chunk)
         # Two statements: each has its own index, one with OR would scan.
         for end in (table.source, table.target):
             with reading() as connection:
-                raw = connection.execute(_live("relations", info).where(end.in_(some))).all()
+                raw = connection.execute(_live("relations", info).where(end.in_(chunk))).all()
+            _expect(info, "relations", all(row[0] in some or row[1] in some for row in raw))
             for row in raw:
                 found[tuple(row[:4])] = verified("relations", info.id, info.name, row)[1]
     return [found[name] for name in sorted(found)]
@@ -254,13 +258,14 @@ def features_by_key(
     table = schema.features.c
     part = f"features:{space}"
     found: list[tuple[int, bytes]] = []
-    asked = sorted(set(keys))
-    for some in _chunks(asked):
+    wanted = set(keys)
+    for some in _chunks(sorted(wanted)):
         statement = _live(part, info).where(table.key.in_(some))
         with reading() as connection:
             raw = connection.execute(statement.order_by(table.key)).all()
+        _expect(info, part, all(row[0] in wanted for row in raw))
         found.extend((row[0], verified(part, info.id, info.name, row)[1]) for row in raw)
-    _prove_absent(reading, info, sound, part, table.key, set(asked) - {key for key, _ in found})
+    _prove_absent(reading, info, sound, part, table.key, wanted - {key for key, _ in found})
     return _matrix(found, dimension)
 
 
@@ -271,8 +276,17 @@ def cloud(reading: Reading, info: SceneInfo, sound: Sound, key: int) -> Cloud | 
     if row is None:
         _prove_absent(reading, info, sound, "clouds", schema.clouds.c.key, [key])
         return None
+    _expect(info, "clouds", row[0] == key)
     found: Cloud = verified("clouds", info.id, info.name, row)[1]
     return found
+
+
+def _expect(info: SceneInfo, part: str, holds: bool) -> None:
+    if not holds:
+        raise CorruptionError(
+            f"scene '{info.name}': {part} cannot be looked up: the ledger's index does not fit its rows",
+            hint="`cgdb check` tells what can still be read",
+        )
 
 
 def _prove_absent(
@@ -295,11 +309,7 @@ def _prove_absent(
         if expected == 0:
             return
         there = connection.execute(select(column).where(where)).scalars().all()
-    if len(there) != expected or not values.isdisjoint(there):
-        raise CorruptionError(
-            f"scene '{info.name}': {part} cannot be looked up: the ledger's index does not fit its rows",
-            hint="`cgdb check` tells what can still be read",
-        )
+    _expect(info, part, len(there) == expected and values.isdisjoint(there))
     # Not the clouds: they are too large to be read for a miss.
     if part != "clouds" and (info.id, info.revision, part) not in sound:
         for _ in _pages(reading, info, part, 4096, None, schema.live(table, info.revision)):

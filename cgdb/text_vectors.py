@@ -90,8 +90,16 @@ class TextVectors:
             statement = insert(_vectors).prefix_with("OR REPLACE")
             connection.exec_driver_sql(str(statement.compile(dialect=connection.dialect)), values)
             connection.commit()
+            if not all(self._reads_back(connection, value) for value in values):
+                # A damaged index page: the row is there and cannot be found. It would be encoded again for ever.
+                raise CorruptionError(f"{self.path}: the kept vectors are damaged")
 
         self._run(write, write=True)
+
+    def _reads_back(self, connection: Connection, value: tuple[str, bytes, bytes, bytes]) -> bool:
+        encoder, name, digest, _ = value
+        statement = select(_vectors.c.digest).where(_vectors.c.encoder == encoder, _vectors.c.text == name)
+        return connection.execute(statement).scalar() == digest
 
     def close(self) -> None:
         """Give the file back; a later call opens it again."""
