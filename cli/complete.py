@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from cgdb.catalog import BUILT_IN, EDGE_PROPERTIES
 from cgdb.functions import AGGREGATES, FUNCTIONS
 from cgdb.grammar.machine import KEYWORDS
 from cgdb.grammar.parser import Expected, expected, tokens
@@ -15,6 +14,8 @@ MOST = 60
 """Choices that are shown; a person types one more letter rather than scroll through more."""
 LONGEST = 60
 """Characters of a value that is offered; nobody picks a paragraph."""
+FEW = 4
+"""Keywords that are offered before a letter is typed; a longer list would only cover what was typed."""
 SIGNS_SAY: Mapping[str, str] = {
     "-->": "any relation",
     "-[": "a relation from here",
@@ -116,7 +117,7 @@ def _words(want: Expected, known: Known, text: str, *, asked: bool) -> list[Choi
         found += _ranked(partial, says.items(), start, "function", inside=False)
     if "unit" in kinds and (partial or asked):
         found += _ranked(partial, ((unit, "") for unit in ("cm", "m", "mm", "ft", "in")), start, "unit", inside=False)
-    if partial or asked or not broad:
+    if partial or asked or (not broad and len(want.keywords) <= FEW):
         lower = _writes_lower(text, partial)
         words = [word.lower() if lower else word for word in _likely(want.keywords)]
         found += _ranked(partial, ((word, "") for word in words), start, "keyword", inside=False)
@@ -156,6 +157,9 @@ def _texts(partial: str, start: int, cursor: int, text: str, known: Known) -> li
 
 
 def _properties(want: Expected, known: Known) -> list[Choice]:
+    # Brings numpy, which the prompt must not wait for.
+    from cgdb.catalog import BUILT_IN, EDGE_PROPERTIES
+
     label = want.variables.get(want.owner) if want.owner else None
     own = {name: kind for name, kind in known.properties().items() if name not in BUILT_IN}
     offered = {**own, **BUILT_IN}

@@ -21,6 +21,7 @@ _EAST, _SOUTH, _WEST, _NORTH = 1, 2, 4, 8
 _LINES = " ╶╷┌╴─┐┬╵└│├┘┴┤┼"
 """A character for each set of directions in which lines leave a cell."""
 MOST_NAMES = 40
+"""Marks that are named; of more, only the numbers have room."""
 FLAT = 0.05
 """Metres below which a thing is so low that it is drawn as a point."""
 OUTLIERS = 0.01
@@ -137,11 +138,10 @@ def draw(shown: FloorPlan, width: int, height: int) -> list[list[tuple[str, str]
     for room in shown.rooms:
         canvas.outline(room)
     canvas.join()
-    for room in shown.rooms:
-        canvas.title(room)
-    for mark in shown.marks:
-        canvas.mark(mark)
-    for mark in shown.marks[:MOST_NAMES]:
+    crowded = len(shown.marks) > MOST_NAMES
+    for step in (canvas.mark_all, canvas.title_all) if crowded else (canvas.title_all, canvas.mark_all):
+        step(shown)
+    for mark in () if crowded else shown.marks:
         canvas.name(mark)
     return [*canvas.lines(), [("faint", canvas.scale(shown.axes))]]
 
@@ -227,6 +227,16 @@ class _Canvas:
                 if sides:
                     self._put(column, row, _LINES[sides], "room")
 
+    def title_all(self, shown: FloorPlan) -> None:
+        """The names of all rooms."""
+        for room in shown.rooms:
+            self.title(room)
+
+    def mark_all(self, shown: FloorPlan) -> None:
+        """The numbers of all marks."""
+        for mark in shown.marks:
+            self.mark(mark)
+
     def title(self, area: Area) -> None:
         """A room's name on its upper wall."""
         left, top = self._cell(area.west, area.north)
@@ -275,12 +285,16 @@ class _Canvas:
     def _write(self, column: int, row: int, text: str, part: str) -> None:
         for character in text:
             wide = cell_len(character)
+            if wide == 0:  # an accent belongs to the letter before it
+                if column:
+                    self._text[row][column - 1] += character
+                continue
             if column + wide > self._columns:
                 return
             self._put(column, row, character, part)
             if wide == 2:  # takes the next cell too
                 self._put(column + 1, row, "", part)
-            column += max(1, wide)
+            column += wide
 
 
 def _without_outliers(areas: Sequence[Area]) -> list[Area]:

@@ -108,6 +108,7 @@ def _markdown(session: Session, text: str) -> Iterator[Text]:
     width = screen.width - 2 if screen.terminal else None
     code: list[str] | None = None
     paragraph: list[str] = []
+    rows: list[tuple[str, str]] = []
 
     def flush() -> Iterator[Text]:
         if paragraph:
@@ -115,7 +116,21 @@ def _markdown(session: Session, text: str) -> Iterator[Text]:
                 yield screen.text(("", line))
             paragraph.clear()
 
-    for line in text.split("\n"):
+    def table() -> Iterator[Text]:
+        most = 40 if width is None else max(16, int(0.45 * width))
+        size = max((len(name) for name, _ in rows if len(name) <= most), default=0)
+        for number, (name, says) in enumerate(rows):
+            part = "faint" if number == 0 else "hint"
+            if len(name) > size:
+                yield screen.text((part, f"  {name}"))
+                name = ""
+            for n, line in enumerate(tables.folded(says, None if width is None else max(16, width - size - 4))):
+                yield screen.text((part, f"  {name if n == 0 else '':<{size}}"), ("", f"  {line}"))
+        rows.clear()
+
+    for line in [*text.split("\n"), ""]:
+        if rows and not line.startswith("|"):
+            yield from table()
         if code is not None:
             if line.startswith("```"):
                 for part in code:
@@ -130,13 +145,10 @@ def _markdown(session: Session, text: str) -> Iterator[Text]:
             code = []
         elif line.startswith("|"):
             yield from flush()
-            if set(line) <= set("|-: "):
-                continue
-            cells = [_unmarked(cell.replace("\\|", "|")).strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
-            room = None if width is None else max(20, width - 36)
-            for n, part in enumerate(tables.folded(" · ".join(cells[1:]), room)):
-                first = cells[0] if n == 0 else ""
-                yield screen.text(("hint", f"  {first:<32}"), ("", f"  {part}"))
+            if not set(line) <= set("|-: "):
+                cells = [_unmarked(cell.replace("\\|", "|")).strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+                rows.append((cells[0], " · ".join(cells[1:])))
+            continue
         elif line.startswith(("- ", "* ")) or not line.strip():
             yield from flush()
             if line.strip():

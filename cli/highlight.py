@@ -10,6 +10,8 @@ STATEMENT_COMMANDS = ("explain", "profile")
 
 def pieces(text: str) -> list[tuple[str, str]]:
     """(kind, text) that make up the whole text in order; the kind of what lies between pieces is ""."""
+    if not text:
+        return []
     found: list[tuple[str, str]] = []
     start = 0
     if text.lstrip().startswith(":"):

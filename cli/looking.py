@@ -91,7 +91,7 @@ def map_(session: Session, rest: str) -> None:
     shown = floorplan.plan(view, found)
     width = min(screen.width, 120)
     legend = _legend(session, shown, width)
-    height = max(8, min(screen.height - len(legend) - 3, 40)) if screen.terminal else 30
+    height = max(8, min(screen.room - len(legend) - 1, 40)) if screen.terminal else 30
     lines = floorplan.draw(shown, width, height)
     if not lines:
         raise UsageError(f"scene '{scene}' has no positions to draw")
@@ -112,7 +112,7 @@ def _legend(session: Session, shown: floorplan.FloorPlan, width: int) -> list[Te
     size = min(30, max(len(text) for _, text in entries)) + 2
     across = max(1, width // size)
     lines = []
-    most = 6 * across
+    most = across * (5 if len(entries) <= floorplan.MOST_NAMES and screen.height > 30 else 2)
     for start in range(0, min(len(entries), most), across):
         line = screen.text()
         for mark, text in entries[start : start + across]:
@@ -162,7 +162,7 @@ def _planned(session: Session, rest: str, word: str) -> None:
         text = body.lstrip()
     before = session.statement
     try:
-        show(session, session.ask(f"{word} {text}"))
+        show(session, session.ask(text, mode=word))
     finally:
         session.statement = text if rest else before
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cgdb.errors import UsageError
+from cgdb.grammar.machine import machine
 
 if TYPE_CHECKING:
     from cgdb.database import Database
@@ -60,6 +62,9 @@ class Opening:
 
     def _run(self, opened: Callable[[Database], None], changed: Callable[[], None]) -> None:
         try:
+            # The first letter that is typed needs the tables of the grammar, the first answer what draws it.
+            machine()
+            import_module("rich.console")
             db = _open(self.path)
             self._db = db
             self.stage = "indexes"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import TYPE_CHECKING, Any
 
 from cgdb.cli import render, values
@@ -31,10 +32,10 @@ def set_(session: Session, rest: str) -> None:
         _show(session, name, parameter=parameter)
     elif parameter:
         session.parameters[name] = _value(text)
-        near = did_you_mean(name, OPTIONS) if session.interactive else None
-        session.screen.note(
-            f"parameter ${name} = {_shown(session.parameters[name])}" + (f"  (or the option: {near})" if near else "")
-        )
+        session.screen.note(f"parameter ${name} = {_shown(session.parameters[name])}")
+        near = difflib.get_close_matches(name, list(OPTIONS), n=1) if session.interactive else []
+        if near and not rest.startswith("$"):
+            session.screen.note(f"there is an option of nearly that name: `:set {near[0]} ...`", "hint")
     else:
         session.settings.set(name, text)
         _say(session, name)

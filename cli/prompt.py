@@ -14,29 +14,29 @@ from prompt_toolkit.completion import CompleteEvent, Completer, Completion, Thre
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.filters import Condition, completion_is_selected
-from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.formatted_text import FormattedText, StyleAndTextTuples
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.lexers import Lexer
 from prompt_toolkit.output.color_depth import ColorDepth
-from prompt_toolkit.shortcuts import CompleteStyle, PromptSession
+from prompt_toolkit.shortcuts import CompleteStyle, PromptSession, print_formatted_text
 from prompt_toolkit.styles import DynamicStyle, Style
 
 import cgdb
-from cgdb.cli import highlight, offers, render, script
+from cgdb.cli import highlight, keeping, offers, render, script
 from cgdb.cli.commands import Quit
+from cgdb.cli.screen import MENU
 from cgdb.cli.settings import folder
 from cgdb.cli.shell import report, run
 from cgdb.cli.themes import PLAIN, Theme
 from cgdb.errors import CgdbError
+from cgdb.grammar.parser import parse
 
 if TYPE_CHECKING:
     from cgdb.cli.session import Session
     from cgdb.database import Database
 
 PROMPT = "cgdb> "
-MENU = 8
-"""Lines kept free below the prompt for the menu of completions."""
 
 
 def converse(session: Session) -> int:
@@ -46,8 +46,15 @@ def converse(session: Session) -> int:
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     prompt = make_prompt(session)
     screen = session.screen
-    screen.print(
-        screen.text(("head", f"cgdb {cgdb.__version__}"), ("faint", "  :help for help, Tab completes, Ctrl-D leaves"))
+    # Printed without rich, which need not be there yet.
+    print_formatted_text(
+        FormattedText(
+            [
+                ("class:prompt", f"cgdb {cgdb.__version__}"),
+                ("class:continuation", "  :help for help, Tab completes, Ctrl-D leaves"),
+            ]
+        ),
+        style=_style(screen.theme),
     )
 
     def opened(db: Database) -> None:
@@ -89,19 +96,21 @@ def _fail(prompt: PromptSession[str], error: Exception) -> None:
 
 
 def _run_typed(session: Session, text: str) -> None:
+    lead = len(PROMPT) + len(_scope(session))
     pieces = list(script.pieces(text))
     for piece in pieces:
-        # The caret can stand right under what was typed only while nothing came between.
-        alone = len(pieces) == 1 and text.startswith(piece.text)
         try:
             run(session, piece)
         except KeyboardInterrupt:
             session.screen.note("interrupted")
             return
-        except CgdbError as error:
-            report(session, error, under=len(PROMPT) + len(_scope(session)) if alone else None)
+        except keeping.Reported:
             return
-        except (Quit, BrokenPipeError):
+        except CgdbError as error:
+            # The caret can stand right under what was typed only while nothing came between.
+            report(session, error, typed=text if len(pieces) == 1 else None, lead=lead)
+            return
+        except Quit:
             raise
         except Exception as error:
             # A bug ends the statement, not the session.
@@ -118,7 +127,9 @@ def make_prompt(session: Session) -> PromptSession[str]:
     prompt: PromptSession[str] = PromptSession(
         message=lambda: [("class:prompt", f"{_scope(session)}{PROMPT}")],
         multiline=True,
-        prompt_continuation=lambda width, number, wrapped: [("class:continuation", " " * (width - 2) + "· ")],
+        prompt_continuation=lambda width, number, wrapped: [
+            ("class:continuation", " " * width if wrapped else "· ".rjust(width))
+        ],
         lexer=_Colours(),
         style=DynamicStyle(lambda: _style(screen.theme)),
         include_default_pygments_style=False,
@@ -132,7 +143,7 @@ def make_prompt(session: Session) -> PromptSession[str]:
         enable_open_in_editor=True,
         tempfile_suffix=".cgql",
         key_bindings=_keys(),
-        bottom_toolbar=lambda: _toolbar(session),
+        bottom_toolbar=lambda: _toolbar(session, prompt.default_buffer.text),
         mouse_support=False,
     )
     return prompt
@@ -273,12 +284,26 @@ def _history() -> History:
     return FileHistory(str(path))
 
 
-def _toolbar(session: Session) -> Any:
+@lru_cache(maxsize=4)
+def _whole(text: str) -> bool:
+    """Whether a statement on several lines could be run as it is, which one more Enter would do."""
+    if "\n" not in text.rstrip() or text.lstrip().startswith(":"):
+        return False
+    try:
+        parse(text)
+    except CgdbError:
+        return False
+    return True
+
+
+def _toolbar(session: Session, text: str) -> Any:
     """The store and its state; what matters most where the terminal is narrow."""
     opening, settings = session.opening, session.settings
     state = {"opening": "opening…", "indexes": "opening indexes…", "encoder": "loading the text encoder…"}.get(
         opening.stage, ""
     )
+    if _whole(text):
+        state = "; and Enter runs this" if text.rpartition("\n")[2].strip() else "Enter runs this"
     parts = [render.clean(opening.path.name)]
     scenes = session.vocabulary.scenes()
     if scenes:

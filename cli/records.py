@@ -281,12 +281,21 @@ def cypher(session: Session, rest: str) -> None:
         render.records([_plain(dict(zip(answer.columns, row, strict=True))) for row in rows], answer.columns, form)
         return
     width = screen.width if screen.terminal else None
-    made = grid(answer.columns, rows)
+    made = grid(answer.columns, [[_told(value) for value in row] for row in rows])
     lines = tables.table(made, screen, width=width, bars=False, numbered=False)
     if lines is None:
         lines = [line for n in range(len(rows)) for line in tables.record(made, n, screen, width=width, bars=False)]
     screen.page(lines)
     screen.note(f"{len(rows):,} row{'' if len(rows) == 1 else 's'}")
+
+
+def _told(value: Any) -> Any:
+    """A node or relation of the graph engine in one cell."""
+    if isinstance(value, dict) and "_label" in value:
+        if "_src" in value:
+            return value.get("label")
+        return f"#{value.get('id')} {value.get('tag') or ''}".strip()
+    return [_told(item) for item in value] if isinstance(value, list) else value
 
 
 def _plain(value: Any) -> Any:

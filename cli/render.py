@@ -76,6 +76,8 @@ def _cell(value: Any) -> Any:
         return f"#{value['id']} {value['tag']}" if value.get("tag") else f"#{value['id']}"
     if isinstance(value, dict) and "source" in value:
         return f"#{value['source']} {value['label']} #{value['target']}"
+    if isinstance(value, dict) and "asked" in value:
+        return f"{value['asked']}: {value['degree']:.2f}"
     if isinstance(value, dict):
         return ", ".join(str(_cell(item)) for item in value.get("relations", ()))
     if isinstance(value, list):

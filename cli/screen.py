@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 PLAIN_WIDTH = 120
+MENU = 6
+"""Lines that the prompt keeps free below itself for the menu of completions."""
 
 
 class Screen:
@@ -48,6 +50,11 @@ class Screen:
     def height(self) -> int:
         """Lines that there are."""
         return shutil.get_terminal_size().lines if self.terminal else 40
+
+    @property
+    def room(self) -> int:
+        """Lines of output after which all of it is still seen above the next prompt."""
+        return max(4, self.height - MENU - 3)
 
     def ink(self, part: str) -> str:
         """The style of a part of the output."""

@@ -73,51 +73,53 @@ class Session:
             self.vocabulary.fill(db, self.use.scenes, self.use.as_of)
         return db
 
-    def ask(self, text: str, parameters: Mapping[str, Any] | None = None) -> Answer:
-        """The answer to a statement in the scenes in use. Errors have their place in the text as it was typed."""
+    def ask(self, text: str, parameters: Mapping[str, Any] | None = None, *, mode: str = "") -> Answer:
+        """The answer to a statement in the scenes in use. mode: EXPLAIN or PROFILE, where the text does not say so.
+
+        Errors have their place in the text as it was typed.
+        """
         self.statement = text
         db = self.db
         given = self.parameters if parameters is None else parameters
-        asked, start, added = self._with_use(text)
+        added = self._added(text, mode)
+        asked = _inserted(text, added)
         limits = None if self.settings["timeout"] is None else Limits(seconds=self.settings["timeout"])
         started = time.perf_counter()
         try:
             result = self.waiting(lambda: db.query(asked, given, limits=limits), db.cancel)
         except CgdbError as error:
             if error.span is not None and error.source == asked:
-                error.source = text
-                begin, end = error.span.start, error.span.end
-                error.span = (
-                    None
-                    if start <= begin < start + added
-                    else Span(begin - added, end - added)
-                    if begin >= start
-                    else error.span
-                )
+                error.source, error.span = text, _typed(error.span, added)
             raise
-        if added:
+        if added and not mode:
             result = replace(result, query=to_text(parse(text)))
         answer = Answer(text=text, result=result, seconds=time.perf_counter() - started)
         if result.columns != ("plan",):
             self.last = answer
         return answer
 
-    def _with_use(self, text: str) -> tuple[str, int, int]:
-        """The statement with the scenes in use, and where how many characters were put in."""
-        if self.use == Use():
-            return text, 0, 0
-        tree = parse(text)
-        words = ""
-        if self.use.scenes and not tree.scenes:
-            words += "USE " + ", ".join(quoted(name) for name in self.use.scenes) + " "
+    def _added(self, text: str, mode: str) -> list[tuple[int, str]]:
+        """(place, words) that a statement lacks: its mode, and the scenes and the revision in use."""
+        if self.use == Use() and not mode:
+            return []
         spans = [(span, text[span.start : span.end].upper()) for span, kind in tokens(text) if kind != "comment"]
-        place = spans[1][0].start if spans[0][1] in ("EXPLAIN", "PROFILE") else spans[0][0].start
+        begin = spans[0][0].start if spans else 0
+        added = [(begin, f"{mode} ")] if mode else []
+        if self.use == Use():
+            return added
+        tree = parse(text)
+        place = spans[1][0].start if spans[0][1] in ("EXPLAIN", "PROFILE") else begin
+        if self.use.scenes and not tree.scenes:
+            added.append((place, "USE " + ", ".join(quoted(name) for name in self.use.scenes) + " "))
         if self.use.as_of is not None and tree.as_of is None:
-            moment = f"AS OF {self.use.as_of if isinstance(self.use.as_of, int) else quoted(self.use.as_of)} "
             if tree.scenes:
-                place = next(span.start for span, word in spans if word == "MATCH")
-            words += moment
-        return text[:place] + words + text[place:], place, len(words)
+                place = next(
+                    span.start for span, word in spans if word == "MATCH" and span.start >= tree.scenes[-1].span.end
+                )
+            added.append(
+                (place, f"AS OF {self.use.as_of if isinstance(self.use.as_of, int) else quoted(self.use.as_of)} ")
+            )
+        return added
 
     def waiting(self, work: Callable[[], T], cancel: Callable[[], None]) -> T:
         """What work returns. It runs in a thread: Ctrl-C cancels it, a second one stops waiting for it."""
@@ -168,6 +170,23 @@ class Session:
             "encoder": "loading the text encoder",
         }
         return stages.get(self.opening.stage, "working") + "; Ctrl-C cancels"
+
+
+def _inserted(text: str, added: list[tuple[int, str]]) -> str:
+    for place, words in reversed(added):
+        text = text[:place] + words + text[place:]
+    return text
+
+
+def _typed(span: Span, added: list[tuple[int, str]]) -> Span | None:
+    """A place of the text with the added words as one of the text as typed; None inside of what was added."""
+    start = span.start
+    for place, words in added:
+        if place <= start < place + len(words):
+            return None
+        if start >= place:
+            start -= len(words)
+    return Span(start, start + span.end - span.start)
 
 
 class _Busy:

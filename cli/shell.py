@@ -96,28 +96,18 @@ def run(session: Session, piece: script.Piece) -> None:
         show(session, session.ask(piece.text))
 
 
-def report(session: Session, error: CgdbError, *, where: str = "", under: int | None = None) -> None:
-    """An error for a person. under: columns before the statement on the line above, for the caret right below it."""
+def report(session: Session, error: CgdbError, *, where: str = "", typed: str | None = None, lead: int = 0) -> None:
+    """An error for a person. typed: what stands on the line above, after so many columns, for the caret below it."""
     screen = session.screen
-    lines = []
-    place = error.position
-    caret = (
-        under is not None
-        and place is not None
-        and error.span is not None
-        and error.source is not None
-        and "\n" not in error.source.rstrip("\n")
-        and error.source.isascii()
-        and under + len(error.source) < screen.width
-    )
-    stage = f"{where}{error.stage} error"
     if isinstance(error, QueryCancelled):
         screen.note(error.message)
         return
-    if caret:
-        assert under is not None and error.span is not None and error.source is not None
+    stage = f"{where}{error.stage} error"
+    column = _column(error, typed, lead, screen.width)
+    lines = []
+    if column is not None and error.span is not None and error.source is not None:
         width = max(1, min(error.span.end, len(error.source)) - error.span.start)
-        lines.append(screen.text(("error", " " * (under + error.span.start) + "^" * width)))
+        lines.append(screen.text(("error", " " * column + "^" * width)))
         lines.append(screen.text(("error", stage), ("", f": {error.message}")))
         if error.hint:
             lines.append(screen.text(("hint", f"hint: {error.hint}")))
@@ -128,3 +118,13 @@ def report(session: Session, error: CgdbError, *, where: str = "", under: int | 
             part = "hint" if line.startswith("hint: ") else "error" if line.strip(" |^") == "" else ""
             lines.append(screen.text((part, clean_line(line))))
     screen.error(*lines)
+
+
+def _column(error: CgdbError, typed: str | None, lead: int, width: int) -> int | None:
+    """The column of the caret right under what was typed; None where that is not one line of plain characters."""
+    if typed is None or error.span is None or error.source is None:
+        return None
+    begin = typed.find(error.source.rstrip())
+    # A letter that is two columns wide would put the caret off its place.
+    plain = typed.isascii() and "\n" not in typed and lead + len(typed) < width
+    return lead + begin + error.span.start if plain and begin >= 0 else None

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from cgdb.cli import render, tables
 from cgdb.cli.tables import Grid, grid
-from cgdb.result import Reason, StoredNode
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from cgdb.cli.session import Answer, Session
-    from cgdb.result import Result, Row
+    from cgdb.result import Reason, Result, Row
 
-CHROME = 7
-"""Lines of the screen that are not rows: the prompt, the statement, heads and feet."""
+HEAD_AND_FOOT = 4
+"""Lines of a table that are not rows, and the statement above it."""
 
 
 def show(session: Session, answer: Answer, *, everything: bool = False) -> None:
@@ -40,7 +39,8 @@ def show(session: Session, answer: Answer, *, everything: bool = False) -> None:
             screen.page(lines)
         else:
             screen.print(*lines)
-        screen.note(footer(result, shown, answer.seconds))
+        if screen.terminal or result.nothing_fits:
+            screen.note(footer(result, shown, answer.seconds))
     if settings["timing"]:
         stages = ", ".join(f"{stage} {1000 * seconds:.1f}" for stage, seconds in result.timings.items())
         screen.note(f"{1000 * answer.seconds:.1f} ms ({stages})")
@@ -71,6 +71,8 @@ def rows_of(session: Session, result: Result, shown: int) -> list[Text]:
 
 def cells(result: Result, rows: Sequence[Row], first: int = 1) -> Grid:
     """The values, with the caption beside an object that stands alone, and scores where they differ."""
+    from cgdb.result import StoredNode
+
     single = len(result.columns) == 1 and any(isinstance(row.values[0], StoredNode) for row in rows)
     columns = (*result.columns, "caption") if single else result.columns
     values: list[Sequence[Any]] = [
@@ -104,7 +106,7 @@ def _count(session: Session, n: int, *, everything: bool) -> int:
     if everything or (rows is None and not session.interactive):
         return n
     if rows is None:
-        rows = max(5, session.screen.height - CHROME)
+        rows = max(5, session.screen.room - HEAD_AND_FOOT)
         # Leaving out one or two rows saves nothing.
         rows = n if n <= rows + 2 else rows
     return min(int(rows), n)

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from cgdb.cli.screen import Screen
 
 GAP = "  "
-LEAST = 5
+LEAST = 8
 """Characters of a column below which a table says nothing: then each record has lines of its own."""
 BAR = 8
+NARROW = 80
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 
 
@@ -68,12 +69,17 @@ def table(shown: Grid, screen: Screen, *, width: int | None, bars: bool, numbere
     from rich.text import Text
 
     last = len(str(shown.first + len(shown.cells) - 1))
-    lead = (last + len(GAP) if numbered else 0) + (_score_width(bars, width) + len(GAP) if shown.scores else 0)
     natural = [
         max([cell_len(name), *(cell_len(row[i]) for row in shown.cells)], default=1)
         for i, name in enumerate(shown.columns)
     ]
-    widths = natural if width is None else fit(natural, width - lead - len(GAP) * (len(natural) - 1))
+    gaps = len(GAP) * (len(natural) - 1)
+    lead = _lead(shown, last, numbered=numbered, bars=bars, width=width)
+    if bars and width is not None and width < NARROW and lead + sum(natural) + gaps > width:
+        # Of what does not fit, the bars say least: their numbers stand beside them.
+        bars = False
+        lead = _lead(shown, last, numbered=numbered, bars=bars, width=width)
+    widths = natural if width is None else fit(natural, width - lead - gaps)
     if widths is None:
         return None
     head = Text(no_wrap=True)
@@ -84,7 +90,8 @@ def table(shown: Grid, screen: Screen, *, width: int | None, bars: bool, numbere
     head.append(
         GAP.join(_fitted(*item) for item in zip(shown.columns, widths, shown.numeric, strict=True)), screen.ink("head")
     )
-    lines = [head, Text("─" * (lead + sum(widths) + len(GAP) * (len(widths) - 1)), screen.ink("rule"), no_wrap=True)]
+    head.rstrip()
+    lines = [head, Text("─" * (lead + sum(widths) + gaps), screen.ink("rule"), no_wrap=True)]
     for n, row in enumerate(shown.cells):
         line = Text(no_wrap=True)
         if numbered:
@@ -108,6 +115,11 @@ def table(shown: Grid, screen: Screen, *, width: int | None, bars: bool, numbere
         line.rstrip()
         lines.append(line)
     return lines
+
+
+def _lead(shown: Grid, last: int, *, numbered: bool, bars: bool, width: int | None) -> int:
+    """Characters before the first column."""
+    return (last + len(GAP) if numbered else 0) + (_score_width(bars, width) + len(GAP) if shown.scores else 0)
 
 
 def fit(natural: Sequence[int], room: int) -> list[int] | None:
@@ -146,7 +158,7 @@ def _score_width(bars: bool, width: int | None) -> int:
 
 
 def _bar_size(width: int | None) -> int:
-    return 4 if width is not None and width < 80 else BAR
+    return 4 if width is not None and width < NARROW else BAR
 
 
 def scored(score: float, fits: bool, screen: Screen, *, bars: bool, width: int | None = None) -> Text:

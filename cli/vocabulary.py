@@ -8,9 +8,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from cgdb.catalog import BUILT_IN, STANDARD_RELATIONS, Catalog, merge
-
 if TYPE_CHECKING:
+    from cgdb.catalog import Catalog
     from cgdb.database import Database
     from cgdb.view import SceneView
 
@@ -57,6 +56,8 @@ class Vocabulary:
         return {"Object": 0, **self._catalog().labels}
 
     def relations(self) -> Mapping[str, int]:
+        from cgdb.catalog import STANDARD_RELATIONS
+
         catalog = self._catalog()
         counts = {label: catalog.relation_count(label) for label in catalog.relations}
         held = dict(sorted(counts.items(), key=lambda item: -item[1]))
@@ -66,6 +67,8 @@ class Vocabulary:
         return self._catalog().properties
 
     def values(self, name: str) -> Sequence[str]:
+        from cgdb.catalog import BUILT_IN
+
         kind = BUILT_IN.get(name) or self.properties().get(name)
         if kind not in ("text", "list", "mixed"):
             return ()
@@ -93,6 +96,9 @@ class Vocabulary:
         return found
 
     def _catalog(self) -> Catalog:
+        # Brings numpy, which the prompt must not wait for.
+        from cgdb.catalog import Catalog, merge
+
         if not self._views:
             return Catalog()
         return self._keep("catalog", lambda: (merge(view.catalog for view in self._views),))[0]
