@@ -22,6 +22,8 @@ from cgdb.degrees import Degrees
 from cgdb.embed import TEXT_MODEL, Encoder
 from cgdb.encoders import Encoders
 from cgdb.errors import BindError, CgdbError, StoreError, one_of
+from cgdb.freshness import Fresh
+from cgdb.ledger import FILE as LEDGER
 from cgdb.ledger import Changes, Ledger, Revision, SceneInfo, SceneWriter
 from cgdb.limits import Budget, Limits
 from cgdb.query import run
@@ -86,6 +88,7 @@ class Database:
         limits: Limits,
     ) -> None:
         self._ledger = ledger
+        self._scenes_now = Fresh(ledger.path / LEDGER, ledger.scenes, read_only=ledger.read_only)
         self._limits = limits
         self._artefacts = Artefacts(ledger.path / "index", writable=not ledger.read_only)
         self._kept = TextVectors(ledger.path / "texts.sqlite", read_only=ledger.read_only)
@@ -117,6 +120,7 @@ class Database:
                 self._sweep()
         self._artefacts.close()
         self._kept.close()
+        self._scenes_now.close()
         self._ledger.close()
 
     def __enter__(self) -> Self:
@@ -372,13 +376,22 @@ class Database:
             self._running.discard(budget)
 
     def _views_of(self, names: Sequence[str] | None, as_of: AsOf, *, empty: bool = False) -> Sequence[SceneView]:
-        infos = self._ledger.scenes(as_of) if names is None else [self._ledger.scene(name, as_of) for name in names]
+        infos = self._infos(names, as_of)
         if not infos and not empty:
             raise StoreError(
                 f"{self.path} holds no scenes" + ("" if as_of is None else f" at revision {as_of}"),
                 hint=f"`cgdb import MAP --into {self.path}` brings one",
             )
         return [self._view(info) for info in infos]
+
+    def _infos(self, names: Sequence[str] | None, as_of: AsOf) -> Sequence[SceneInfo]:
+        if as_of is None:
+            now = self._scenes_now.now()
+            if names is None:
+                return now
+            by_name = {info.name: info for info in now}
+            return [by_name.get(name) or self._ledger.scene(name) for name in names]
+        return self._ledger.scenes(as_of) if names is None else [self._ledger.scene(name, as_of) for name in names]
 
     def _view(self, info: SceneInfo) -> SceneView:
         with self._lock:
