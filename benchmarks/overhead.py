@@ -40,7 +40,7 @@ TYPICAL = (
     'MATCH (p ~ "pillow")-[:on]->(c ~ "couch")-[:next_to]-(w ~ "window") RETURN p, c',
     'MATCH (b ~ "book") WHERE NOT (b)-[:in]->(~ "shelf") RETURN b.id, b.caption',
     'MATCH (l ~ "lamp") WHERE distance(l, #12) < 150 cm RETURN l ORDER BY distance(l, #12)',
-    'MATCH (r:Room)-[:contains]->(o ~ "chair") RETURN r.name, count(o) ORDER BY count(o) DESC',
+    'MATCH (t)<-[:on]-(o ~ "chair") RETURN t.tag, count(o) ORDER BY count(o) DESC',
     'MATCH (o) WHERE o ~ "rigid" AND NOT o ~ "cushion" AND volume(o) < 0.1 RETURN o LIMIT 20',
     'EXPLAIN MATCH (o ~ "cup")-[:on]->(t ~ "table") RETURN o',
 )
