@@ -1,0 +1,421 @@
+"""The flow of a question in plain words: understand, translate to CGQL, run, re-rank, answer.
+
+A language model translates and re-ranks where one is given; the built-in translator where none is, or where it fails,
+and the answer says so. Whatever a model writes is parsed, bound and run as any statement: it can only read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cgdb.asked import Answer, first_node
+from cgdb.binder import Vector
+from cgdb.catalog import Catalog, merge
+from cgdb.embed import Encoder
+from cgdb.errors import BindError, CgdbError, ExecuteError, MissingExtraError, ParseError, UsageError, one_of
+from cgdb.functions import AGGREGATES
+from cgdb.grammar import ast
+from cgdb.grammar.printer import to_text
+from cgdb.limits import Limits
+from cgdb.llm import Meter, Model, ModelError
+from cgdb.model_translate import translated
+from cgdb.pictures import checked, data_url, tower
+from cgdb.prompts import Surroundings, clean, describing, with_picture
+from cgdb.rerank import candidate, judge, judged, keys_of
+from cgdb.result import Reason, Result, Row, StoredNode
+from cgdb.turned import turned
+
+if TYPE_CHECKING:
+    from cgdb.database import Database
+    from cgdb.scene import FeatureSpace
+
+LONGEST_QUESTION = 2000
+"""Characters that are read: some 350 words."""
+MOST_ROWS = 50
+"""Rows of an answer where the question asks for no number."""
+CANDIDATES = 15
+"""Rows that a model reads, some 70 tokens each."""
+NEAREST = 5
+"""Things that are shown where nothing fits."""
+SECONDS = 30.0
+
+EncoderOf = Callable[["FeatureSpace"], "Encoder | CgdbError | None"]
+
+_POINTING_BACK = re.compile(
+    r"\b(these|those|them|they|of which|which ones?|the (first|second|third|last|other) (one|of)|the others?)\b", re.I
+)
+_LIKE_PICTURE = re.compile(r"\b(like|similar|same|looks?|this|that|shown?|pictured?)\b", re.I)
+
+
+def ask(
+    db: Database,
+    question: str,
+    *,
+    model: Model | None = None,
+    previous: Answer | None = None,
+    image: str | Path | None = None,
+    scenes: Sequence[str] = (),
+    as_of: int | str | None = None,
+    rerank: bool = True,
+    limits: Limits | None = None,
+    encoder_of: EncoderOf = lambda space: None,
+) -> Answer:
+    """The answer to a question. model None: the built-in translator. previous: the answer that it follows up.
+
+    UsageError for a question that says nothing; a model that fails is no error but a warning.
+    """
+    return _Asking(db, question, model, previous, image, scenes, as_of, limits, encoder_of).answer(rerank)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Draft:
+    """A statement that was run."""
+
+    tree: ast.Query
+    result: Result
+    how: str
+    understood: tuple[str, ...] = ()
+    wanted: str = ""
+
+
+class _Asking:
+    def __init__(
+        self,
+        db: Database,
+        question: str,
+        model: Model | None,
+        previous: Answer | None,
+        image: str | Path | None,
+        scenes: Sequence[str],
+        as_of: int | str | None,
+        limits: Limits | None,
+        encoder_of: EncoderOf,
+    ) -> None:
+        self.warnings: list[str] = []
+        self.question = self._checked(question, has_picture=image is not None)
+        self.asked = self.question
+        self.db, self.model, self.previous = db, model, previous
+        self.as_of, self.limits = as_of, limits or Limits(seconds=SECONDS)
+        self.image = None if image is None else Path(image)
+        self.scenes = tuple(scenes) or self._scenes_before()
+        names = self.scenes or tuple(info.name for info in db.scenes(as_of))
+        self.views = [db.view(name, as_of) for name in names]
+        self.catalog: Catalog = merge(view.catalog for view in self.views)
+        self.meter = Meter(0.0) if model is None else model.meter()
+        self.parameters: dict[str, Any] = {}
+        if previous is not None and previous.ids:
+            self.parameters["previous"] = list(previous.ids)
+        self.encoder_of = encoder_of
+
+    def answer(self, rerank: bool) -> Answer:
+        if self.image is not None:
+            self._look(self.image)
+        draft = self._with_model() or self._built_in()
+        draft = self._shown_nearest(draft)
+        if self.model is not None and rerank:
+            judged_answer = self._judged(draft)
+            if judged_answer is not None:
+                return judged_answer
+        fitting = [row for row in draft.result.rows if row.fits]
+        return self._answer(draft, achievable=bool(fitting), explanation=_explained(draft.result))
+
+    # -- the question -------------------------------------------------------------------------------------------
+
+    def _checked(self, question: str, *, has_picture: bool) -> str:
+        if not isinstance(question, str):
+            raise UsageError(f"a question is a text, not {type(question).__name__}")
+        text = clean(question, 10 * LONGEST_QUESTION)
+        if not any(c.isalnum() for c in text):
+            if has_picture:
+                return ""
+            raise UsageError("the question says nothing", hint='such as "Something to sit on, other than a chair"')
+        if len(text) > LONGEST_QUESTION:
+            self.warnings.append(
+                f"the question has {len(question):,} characters; only the first {LONGEST_QUESTION:,} were read"
+            )
+            text = text[:LONGEST_QUESTION].rpartition(" ")[0] or text[:LONGEST_QUESTION]
+        return text
+
+    def _scenes_before(self) -> tuple[str, ...]:
+        """The scenes that the answer before found something in: its ids mean nothing in others."""
+        if self.previous is None or not self.previous.objects:
+            return ()
+        return tuple(dict.fromkeys(node.scene for node in self.previous.objects))
+
+    def _look(self, image: Path) -> None:
+        """Have the picture described by the model, and embedded where a feature space has an image tower."""
+        checked(image)
+        for space in (space for view in self.views for space in view.info.spaces):
+            encoder = tower(self.encoder_of(space))
+            if encoder is not None:
+                self.parameters["picture"] = Vector(values=encoder.pictures([image])[0], space=space.name)
+                break
+        if self.model is not None:
+            try:
+                reply = self.model.chat(describing(self.question, data_url(image)), self.meter, max_tokens=300)
+                self.asked = with_picture(self.question, reply.said)
+            except ModelError as error:
+                self.warnings.append(f"the picture was not described: {_line(error)}")
+        if self.asked == self.question and "picture" not in self.parameters:
+            if not self.question:
+                raise UsageError(
+                    "nothing here can look at a picture",
+                    hint="a vision model (CGDB_LLM_MODEL), or a map with CLIP features and open_clip installed",
+                )
+            self.warnings.append("the picture was left out: there is neither a vision model nor a CLIP image tower")
+
+    # -- translation --------------------------------------------------------------------------------------------
+
+    def _with_model(self) -> _Draft | None:
+        """The model's statement, run; None where there is no model or it fails, which is said."""
+        if self.model is None:
+            return None
+        try:
+            draft, how = translated(self.model, self.asked, self._surroundings(), self.meter, self._carried_out)
+        except (ModelError, MissingExtraError) as error:
+            self.warnings.append(f"answered without the model: {_line(error)}")
+        except (ParseError, BindError, ExecuteError) as error:
+            self.warnings.append(f"answered without the model, which wrote no statement that holds: {_line(error)}")
+        else:
+            return replace(self._other_way(draft), how=how)
+        return None
+
+    def _surroundings(self) -> Surroundings:
+        given = {}
+        if "previous" in self.parameters:
+            given["previous"] = (
+                f"ids of the {len(self.parameters['previous'])} objects found before, for o.id IN $previous"
+            )
+        if "picture" in self.parameters:
+            given["picture"] = "the picture, for o ~ $picture: things that look like it"
+        hits = self.db.search(self.asked[:500], k=60, scenes=[view.info.name for view in self.views])
+        tags = [tag for node in hits.nodes if (tag := node.tag or node.caption)]
+        return Surroundings(
+            catalog=self.catalog,
+            places=self._places(),
+            tags=tags,
+            scenes=[view.info.name for view in self.views],
+            parameters=given,
+            before=None if self.previous is None else self.previous.question,
+        )
+
+    def _places(self) -> list[str]:
+        found: dict[str, None] = {}
+        for view in self.views[:20]:
+            for label in view.catalog.labels:
+                if label != "Object":
+                    positions = view.columns.of_label(label)[:100]
+                    found.update({node.tag: None for node in view.stored(positions).values() if node.tag})
+        return list(found)
+
+    def _carried_out(self, tree: ast.Query) -> _Draft:
+        tree = self._framed(tree)
+        text = to_text(tree)
+        return _Draft(tree=tree, result=self.db.query(text, self.parameters, limits=self.limits), how="")
+
+    def _framed(self, tree: ast.Query) -> ast.Query:
+        """The statement in the scenes that were asked, with an end to its rows."""
+        if self.scenes:
+            tree = replace(tree, scenes=tuple(ast.Text(value=name) for name in self.scenes))
+        if self.as_of is not None:
+            moment = ast.Text(value=self.as_of) if isinstance(self.as_of, str) else ast.Number(value=self.as_of)
+            tree = replace(tree, as_of=moment)
+        if tree.limit is None and not any(_is_total(item.expression) for item in tree.returns):
+            tree = replace(tree, limit=ast.Number(value=MOST_ROWS))
+        return tree
+
+    def _other_way(self, draft: _Draft) -> _Draft:
+        """The draft, or, where nothing fits it and something fits with an edge turned round, that."""
+        if not draft.result.nothing_fits:
+            return draft
+        for tree, edge in turned(draft.tree):
+            try:
+                other = self._carried_out(tree)
+            except CgdbError:
+                continue
+            if not other.result.nothing_fits:
+                label = "|".join(edge.labels) or "relation"
+                self.warnings.append(f"nothing fits '{label}' as it was written; it was read the other way round")
+                return other
+        return draft
+
+    def _built_in(self) -> _Draft:
+        from cgdb.translate import translate
+
+        if not self.question or ("picture" in self.parameters and _LIKE_PICTURE.search(self.question)):
+            return self._by_picture()
+        question = self.question
+        points_back = "previous" in self.parameters and _POINTING_BACK.search(question) is not None
+        if points_back:
+            question = re.sub(r"\b(of )?(these|those|them)\b", "", question, flags=re.I)
+        made = translate(question, self.catalog, places=tuple(self._places()))
+        tree, understood = made.query, tuple(made.understood)
+        if points_back:
+            tree = _among_previous(tree)
+            understood = (*understood, f"among the {len(self.parameters['previous'])} objects found before")
+        draft = self._carried_out(tree)
+        return replace(draft, how="built-in", understood=understood, wanted=made.wanted)
+
+    def _by_picture(self) -> _Draft:
+        node = ast.NodePattern(variable="o", meaning=ast.Parameter(name="picture"))
+        tree = ast.Query(
+            patterns=(ast.Pattern(nodes=(node,)),),
+            returns=(ast.ReturnItem(expression=ast.Variable(name="o")),),
+            limit=ast.Number(value=10),
+        )
+        return replace(self._carried_out(tree), how="built-in", understood=("what looks like the picture",))
+
+    # -- the answer ---------------------------------------------------------------------------------------------
+
+    def _shown_nearest(self, draft: _Draft) -> _Draft:
+        """Where no row came at all: the nearest things, none of which fits."""
+        if draft.result.rows or any(_is_total(item.expression) for item in draft.tree.returns):
+            return draft
+        near = self._nearest(draft, NEAREST)
+        return replace(draft, result=replace(draft.result, columns=("o",), rows=near)) if near else draft
+
+    def _nearest(self, draft: _Draft, count: int) -> tuple[Row, ...]:
+        """The things that are nearest to what was wanted, whatever else was asked."""
+        meaning = next((node.meaning for p in draft.tree.patterns for node in p.nodes if node.meaning), None)
+        text = draft.wanted or (meaning.value if isinstance(meaning, ast.Text) else "") or self.asked
+        node = ast.NodePattern(variable="o", meaning=ast.Text(value=text[:LONGEST_QUESTION]))
+        tree = ast.Query(
+            patterns=(ast.Pattern(nodes=(node,)),),
+            returns=(ast.ReturnItem(expression=ast.Variable(name="o")),),
+            limit=ast.Number(value=count),
+        )
+        found = self._carried_out(tree).result.rows
+        return tuple(_failing(row, draft.result.query) for row in found)
+
+    def _judged(self, draft: _Draft) -> Answer | None:
+        """The answer as the model sees it that reads the best candidates; None where there is nothing to read."""
+        assert self.model is not None
+        rows = list(draft.result.rows[:CANDIDATES])
+        if not rows or first_node(rows[0]) is None or any(_is_total(i.expression) for i in draft.tree.returns):
+            return None
+        columns = draft.result.columns
+        plain = len(columns) == 1
+        if plain and len(rows) < CANDIDATES and draft.tree.limit == ast.Number(value=MOST_ROWS):
+            # A statement that asks too much hides what would have done.
+            seen = {_identity(row) for row in rows}
+            rows += [row for row in self._nearest(draft, CANDIDATES) if _identity(row) not in seen]
+            rows = rows[:CANDIDATES]
+        keys = keys_of(rows)
+        shown = [candidate(key, columns, row) for key, row in zip(keys, rows, strict=True)]
+        try:
+            said = judge(self.model, self.asked, shown, self.meter)
+        except (ModelError, MissingExtraError) as error:
+            self.warnings.append(f"the order is the map's own, for the model could not re-rank: {_line(error)}")
+            return None
+        self.warnings.extend(said.warnings)
+        by_key = dict(zip(keys, rows, strict=True))
+        read = judged(rows, keys, self.question, said)
+        rest = tuple(_unread(row) for row in draft.result.rows[CANDIDATES:]) if said.query_achievable else ()
+        strict = {_identity(row) for row in draft.result.rows}
+        if any(_identity(by_key[key]) not in strict for key in said.final_relevant_objects):
+            self.warnings.append("the statement was too strict; some of the answer are the nearest things beside it")
+        relevant = [node.id for key in said.relevant_objects if (node := first_node(by_key[key])) is not None]
+        return replace(
+            self._answer(
+                replace(draft, result=replace(draft.result, rows=(*read, *rest))),
+                achievable=said.query_achievable,
+                explanation=said.explanation,
+            ),
+            inferred_query=said.inferred_query,
+            relevant=tuple(dict.fromkeys(relevant)),
+            reranked=True,
+        )
+
+    def _answer(self, draft: _Draft, *, achievable: bool, explanation: str) -> Answer:
+        nodes = [node for row in draft.result.rows[:CANDIDATES] if (node := first_node(row)) is not None]
+        asked_model = self.model is not None and self.meter.usage.calls > 0
+        return Answer(
+            question=self.question,
+            query=draft.result.query,
+            understood=draft.understood or ((self.asked,) if self.asked != self.question else ()),
+            result=draft.result,
+            achievable=achievable,
+            explanation=explanation,
+            how=draft.how,
+            usage=self.meter.usage,
+            warnings=tuple(dict.fromkeys((*self.warnings, *draft.result.warnings))),
+            relevant=tuple(dict.fromkeys(node.id for node in nodes)),
+            model=self.model.name if self.model is not None and asked_model else None,
+        )
+
+
+def _is_total(item: Any) -> bool:
+    if isinstance(item, ast.Call) and item.name in AGGREGATES:
+        return True
+    inner = (item.arguments if isinstance(item, ast.Call) else ()) or tuple(
+        getattr(item, name) for name in ("left", "right", "operand") if hasattr(item, name)
+    )
+    return any(map(_is_total, inner))
+
+
+def _among_previous(tree: ast.Query) -> ast.Query:
+    """The statement, asked only of what the answer before found."""
+    first = tree.returns[0].expression
+    name = first.name if isinstance(first, ast.Variable) else tree.patterns[0].nodes[0].variable
+    if name is None:
+        return tree
+    among = ast.In(item=ast.Property(variable=name, name="id"), collection=ast.Parameter(name="previous"))
+    if tree.where is None:
+        return replace(tree, where=among)
+    rest = tree.where.items if isinstance(tree.where, ast.And) else (tree.where,)
+    return replace(tree, where=ast.And(items=(among, *rest)))
+
+
+def _identity(row: Row) -> Any:
+    node = first_node(row)
+    return None if node is None else (node.scene, node.id)
+
+
+def _failing(row: Row, query: str) -> Row:
+    return Row(row.values, row.score, False, lambda: (*row.why, Reason(asked=query, degree=0.0)))
+
+
+def _unread(row: Row) -> Row:
+    return Row(row.values, row.score, False, lambda: row.why)
+
+
+def _explained(result: Result) -> str:
+    """Why the best row is the answer, or what it lacks."""
+    fitting = [row for row in result.rows if row.fits]
+    if not result.rows:
+        return "nothing fits, and nothing comes near"
+    if len(result.columns) >= 1 and first_node(result.rows[0]) is None and fitting:
+        return "; ".join(
+            f"{name} is {_shown(value)}" for name, value in zip(result.columns, fitting[0].values, strict=True)
+        )
+    if fitting:
+        named = one_of((str(first_node(row)) for row in fitting), most=3).replace("'", "")
+        return (
+            f"{len(fitting)} fit{'s' if len(fitting) == 1 else ''}: {named}; the first because {_because(fitting[0])}"
+        )
+    best = result.rows[0]
+    weakest = min(best.why, key=lambda reason: reason.degree, default=None)
+    lacks = f", but {clean(str(weakest.asked), 120)} is only {weakest.degree:.2f}" if weakest else ""
+    name = first_node(best)
+    return f"nothing fits; the nearest is {name if name is not None else 'another row'}{lacks}"
+
+
+def _because(row: Row) -> str:
+    reasons: Mapping[str, float] = {clean(reason.asked, 80): reason.degree for reason in row.why[:4]}
+    return ", ".join(f"{asked} is {degree:.2f}" for asked, degree in reasons.items()) or "nothing more was asked"
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(_shown, value[:10]))
+    if isinstance(value, StoredNode):
+        return str(value)
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def _line(error: CgdbError) -> str:
+    return error.message + (f" ({error.hint})" if error.hint else "")

@@ -1,0 +1,80 @@
+"""Answer: what a question in plain words gives: the statement that was run, its rows, the reason, and what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from cgdb.llm import Usage
+from cgdb.result import Result, Row, StoredNode
+from cgdb.scene import ObjectId
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Answer:
+    """query: the CGQL that was run. understood: how the question was read, one line each.
+
+    result: the rows, those that fit first. achievable: whether anything fits. explanation: why, or why nothing does.
+    how: what wrote the statement: "grammar", "schema" or "text" (a model, held to CGQL so), or "built-in".
+    inferred_query: what the model that read the candidates took the question for. model: its name, None without.
+    """
+
+    question: str
+    query: str
+    understood: tuple[str, ...]
+    result: Result
+    achievable: bool
+    explanation: str
+    how: str
+    usage: Usage = field(default_factory=Usage)
+    warnings: tuple[str, ...] = ()
+    inferred_query: str = ""
+    relevant: tuple[ObjectId, ...] = ()
+    model: str | None = None
+    reranked: bool = False
+
+    def __len__(self) -> int:
+        return len(self.result.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.result.rows)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All rows, those that fit first."""
+        return self.result.rows
+
+    @property
+    def objects(self) -> tuple[StoredNode, ...]:
+        """The objects that answer the question, best first: of each row that fits, the first."""
+        return tuple(node for row in self.rows if row.fits and (node := first_node(row)) is not None)
+
+    @property
+    def ids(self) -> tuple[ObjectId, ...]:
+        """Their ids, each once."""
+        return tuple(dict.fromkeys(node.id for node in self.objects))
+
+    def to_dict(self, *, why: bool = False) -> dict[str, Any]:
+        """JSON-ready, with the fields of the ConceptGraphs planner."""
+        return {
+            "question": self.question,
+            "inferred_query": self.inferred_query or "; ".join(self.understood) or self.question,
+            "relevant_objects": list(self.relevant),
+            "query_achievable": self.achievable,
+            "final_relevant_objects": list(self.ids),
+            "explanation": self.explanation,
+            "query": self.query,
+            "understood": list(self.understood),
+            "how": self.how,
+            "model": self.model,
+            "reranked": self.reranked,
+            "rows": self.result.to_dicts(why=why),
+            "usage": self.usage.to_dict(),
+            "warnings": list(self.warnings),
+        }
+
+
+def first_node(row: Row) -> StoredNode | None:
+    """The object that a row is about."""
+    return next((value for value in row if isinstance(value, StoredNode)), None)
