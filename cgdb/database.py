@@ -36,8 +36,10 @@ from cgdb.view import SceneView
 if TYPE_CHECKING:
     import networkx
 
+    from cgdb.asked import Answer
     from cgdb.export import Exported
     from cgdb.graph import Table
+    from cgdb.llm import Model
 
 OnExisting = Literal["error", "replace", "merge"]
 AsOf = int | str | datetime | None
@@ -89,6 +91,8 @@ class Database:
     ) -> None:
         self._ledger = ledger
         self._scenes_now = Fresh(ledger.path / LEDGER, ledger.scenes, read_only=ledger.read_only)
+        self.model: Model | None = None
+        """The language model that is asked; the configured one where none is set."""
         self._limits = limits
         self._artefacts = Artefacts(ledger.path / "index", writable=not ledger.read_only)
         self._kept = TextVectors(ledger.path / "texts.sqlite", read_only=ledger.read_only)
@@ -201,7 +205,47 @@ class Database:
     ) -> Result:
         """The answer to a CGQL statement; ``$name`` in it stands for a parameter, never pasted into the text."""
         with self._budget(limits) as budget:
-            return run(text, {**(parameters or {}), **more}, self._views_of, budget)
+            return run(text, {**(parameters or {}), **more}, self._views_of, budget, self.model)
+
+    def ask(
+        self,
+        question: str,
+        *,
+        previous: Answer | None = None,
+        image: str | Path | None = None,
+        model: Model | bool = True,
+        rerank: bool = True,
+        scenes: Sequence[str] = (),
+        as_of: int | str | None = None,
+        limits: Limits | None = None,
+    ) -> Answer:
+        """The answer to a question in plain words. previous: the answer that it follows up; image: a picture file.
+
+        model: True for the configured one, if any; False for the built-in translator; or ``cgdb.llm.connect(...)``.
+        """
+        from cgdb.ask import ask
+
+        return ask(
+            self,
+            question,
+            model=self._asked_model(model),
+            previous=previous,
+            image=image,
+            scenes=scenes,
+            as_of=as_of,
+            rerank=rerank,
+            limits=limits,
+            encoder_of=self._encoders.space,
+        )
+
+    def _asked_model(self, model: Model | bool) -> Model | None:
+        from cgdb.rerank import configured
+
+        if not isinstance(model, bool):
+            return model
+        if model and self.model is None:
+            self.model = configured()
+        return self.model if model else None
 
     def cancel(self) -> None:
         """Stop the queries that run now in other threads: they raise QueryCancelled."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from cgdb.answer import SceneRows, answer
 from cgdb.binder import BoundQuery, bind
 from cgdb.catalog import merge
 from cgdb.cypher import parts
-from cgdb.errors import BindError, CgdbError, ExecuteError, did_you_mean, one_of
+from cgdb.errors import BindError, CgdbError, did_you_mean, one_of
 from cgdb.executor import Executor, Profile, meanings_of
 from cgdb.explain import plan_text
 from cgdb.grammar import ast
@@ -21,12 +22,20 @@ from cgdb.planner import Plan, plan
 from cgdb.result import Result, Row
 from cgdb.view import SceneView
 
+if TYPE_CHECKING:
+    from cgdb.llm import Model
+
 ViewsOf = Callable[[Sequence[str] | None, int | str | None], Sequence[SceneView]]
 """The views of the scenes with these names (None: all), as of a revision or time (None: now)."""
 
 
-def run(text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Budget) -> Result:
-    """The answer to a statement. Every error of a stage carries its place in the text."""
+def run(
+    text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Budget, model: Model | None = None
+) -> Result:
+    """The answer to a statement. Every error of a stage carries its place in the text.
+
+    model: for RERANK BY; None: the one that is configured.
+    """
     started = time.perf_counter()
     timings: dict[str, float] = {}
 
@@ -47,21 +56,20 @@ def run(text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Bud
         lap("bind")
         made = plan(bound, catalog)
         lap("plan")
-        if bound.rerank is not None and tree.mode is not ast.Mode.EXPLAIN:
-            raise ExecuteError(
-                "RERANK BY asks a language model, and none is configured",
-                hint="leave RERANK BY out; the rows come best first by what the map itself says",
-            )
         profile = Profile()
+        more_warnings: tuple[str, ...] = ()
         rows: tuple[Row, ...] = ()
         if tree.mode is not ast.Mode.EXPLAIN:
             parts = _executed(bound, made, views, budget, profile)
             lap("execute")
-            rows = answer(bound, parts)
+            rows = answer(_before_ranking(bound), parts)
             lap("answer")
+            if bound.rerank is not None:
+                rows, more_warnings = _ranked(bound, rows, model)
+                lap("rerank")
     except CgdbError as error:
         raise error.located(text) from error.__cause__
-    warnings = (*bound.warnings, *(line for view in views for line in view.degrees.warnings))
+    warnings = (*bound.warnings, *more_warnings, *(line for view in views for line in view.degrees.warnings))
     explained = plan_text(bound, made, catalog, profile if tree.mode is ast.Mode.PROFILE else None, timings)
     if tree.mode is not ast.Mode.RUN:
         lines = tuple(Row((line,), 1.0, True, tuple) for line in explained.splitlines())
@@ -76,6 +84,23 @@ def run(text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Bud
         warnings=tuple(dict.fromkeys(warnings)),
         query=to_text(tree),
     )
+
+
+def _before_ranking(bound: BoundQuery) -> BoundQuery:
+    """Ranking looks at the best rows; SKIP and LIMIT cut what it leaves."""
+    if bound.rerank is None:
+        return bound
+    limit = None if bound.limit is None else max(bound.rerank[1], bound.skip + bound.limit)
+    return replace(bound, skip=0, limit=limit)
+
+
+def _ranked(bound: BoundQuery, rows: tuple[Row, ...], model: Model | None) -> tuple[tuple[Row, ...], tuple[str, ...]]:
+    from cgdb.rerank import rerank
+
+    assert bound.rerank is not None
+    question, top = bound.rerank
+    ranked, warnings, _ = rerank(model, question, [column.name for column in bound.returns], rows, top)
+    return ranked[bound.skip : None if bound.limit is None else bound.skip + bound.limit], warnings
 
 
 def _views(tree: ast.Query, parameters: Mapping[str, Any], views_of: ViewsOf) -> Sequence[SceneView]:
