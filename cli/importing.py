@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import shutil
 import sys
 import time
 from argparse import Namespace
@@ -10,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import render
-from cgdb.errors import EncoderError, MissingExtraError, UsageError
+from cgdb.errors import CgdbError, EncoderError, MissingExtraError, UsageError
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -26,19 +28,37 @@ def import_maps(options: Namespace) -> int:
     if missing:
         # Before the store is made: a slip of the pen should leave nothing behind.
         raise UsageError(f"{missing[0]} does not exist")
-    with cgdb.open(options.into, create=True) as db, _progress(options.quiet) as progress:
-        for path in options.maps:
-            _import_one(db, path, options, progress)
-        if not options.no_encode:
-            try:
-                _encode(db, None, progress)
-            except (MissingExtraError, EncoderError) as error:
-                progress.console.print(
-                    f"note: captions have no vectors yet, words alone are matched: {error.message}"
-                    + (f" ({error.hint})" if error.hint else ""),
-                    markup=False,
-                )
+    fresh = not Path(options.into).exists()
+    try:
+        with cgdb.open(options.into, create=True) as db, _progress(options.quiet) as progress:
+            for path in options.maps:
+                _import_one(db, path, options, progress)
+                fresh = False
+            if not options.no_encode:
+                _encode_if_possible(db, progress)
+    except BaseException:
+        if fresh:
+            _remove_if_empty(Path(options.into))
+        raise
     return 0
+
+
+def _remove_if_empty(store: Path) -> None:
+    """A first import that failed leaves no empty store behind; one that another process wrote to is let be."""
+    with contextlib.suppress(CgdbError):
+        with cgdb.open(store, text_encoder=None) as db:
+            empty = not db.revisions()
+        if empty:
+            shutil.rmtree(store, ignore_errors=True)
+
+
+def _encode_if_possible(db: cgdb.Database, progress: Progress) -> None:
+    try:
+        _encode(db, None, progress)
+    except (MissingExtraError, EncoderError) as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        text = f"note: captions have no vectors yet, words alone are matched: {error.message}{hint}"
+        progress.console.print(text, markup=False, soft_wrap=True)
 
 
 def _import_one(db: cgdb.Database, path: str, options: Namespace, progress: Progress) -> None:
