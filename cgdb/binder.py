@@ -535,7 +535,8 @@ class _Binder:
         known = scope.names()
         raise BindError(
             f"there is no variable '{name}'",
-            hint=did_you_mean(name, known) or (f"MATCH names {one_of(known)}" if known else "MATCH names none"),
+            hint=did_you_mean(name, known)
+            or f"MATCH names {one_of(known) or 'none'}; a text is written in quotes: '{name}'",
             span=span,
         )
 
