@@ -1,4 +1,4 @@
-"""The nodes of a scene as arrays: keys, labels and boxes, and the catalog of its names; one index file."""
+"""The nodes of a scene as arrays: keys, labels and boxes, its relations, and the catalog of its names; one file."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cgdb.catalog import Catalog, merged_type, property_type
 from cgdb.errors import CorruptionError
 from cgdb.geometry import Boxes, parse_up
+from cgdb.neighbours import Collector
 
 if TYPE_CHECKING:
     from cgdb.ledger import NodeRow, RelationRow
@@ -74,17 +75,22 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
     code_of = dict(zip(keys, codes, strict=True))
     names = list(label_codes)
     ends: dict[str, dict[tuple[int, int], int]] = {}
+    neighbours = Collector()
     for relation_batch in relations:
+        neighbours.add(relation_batch)
         for relation in relation_batch:
             pair = (code_of[relation.source], code_of[relation.target])
             known = ends.setdefault(relation.label, {})
             known[pair] = known.get(pair, 0) + 1
+    key_column = np.asarray(keys, np.int64)
     with path.open("wb") as file:
         np.savez(
             file,
-            keys=np.asarray(keys, np.int64),
-            codes=np.asarray(codes, np.int16),
+            keys=key_column,
+            label_codes=np.asarray(codes, np.int16),
             boxes=np.concatenate(boxes) if boxes else np.empty((0, 15)),
+            allow_pickle=False,
+            **neighbours.arrays(key_column),
         )
     catalog = Catalog(
         labels=counts,
@@ -100,7 +106,7 @@ def read(path: Path, meta: Any, up: str) -> Columns:
     """The columns that build() wrote. CorruptionError where the file is not what it should be."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
-            keys, codes, block = arrays["keys"], arrays["codes"], arrays["boxes"]
+            keys, codes, block = arrays["keys"], arrays["label_codes"], arrays["boxes"]
     except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise CorruptionError(f"the index file {path.name} cannot be read: {error}") from error
     axis, sign = parse_up(up)

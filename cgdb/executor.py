@@ -15,6 +15,7 @@ from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always,
 from cgdb.evaluate import Evaluator
 from cgdb.grammar import ast
 from cgdb.limits import Budget
+from cgdb.neighbours import expand
 from cgdb.paths import follow
 from cgdb.planner import FIRST_BATCH, Plan, Seed, plan_condition
 
@@ -213,11 +214,9 @@ class Executor:
         mine = {node.name: known[node.name] for node in component.nodes if node.name in known}
         if any(not len(positions) for positions in mine.values()):
             return _no_rows([node.name for node in component.nodes], [edge.name for edge in component.edges])
-        # One list of keys is enough to start from; the shortest prunes most, the others are joined afterwards.
-        start = min(mine, key=lambda name: len(mine[name]), default=None)
-        keys = {}
-        if start is not None and len(mine[start]) <= SMALL:
-            keys = {start: columns.keys[mine[start]].tolist()}
+        if mine and component.edges:
+            return self._expanded(component, mine)
+        keys = {name: columns.keys[positions].tolist() for name, positions in mine.items() if len(positions) <= SMALL}
         statement = cypher.statement(component, keys)
         table = self._view.graph.run(statement.text, statement.parameters, timeout_s=self._budget.remaining)
         self._budget.check_rows(len(table))
@@ -242,6 +241,19 @@ class Executor:
             if name not in keys:
                 kept = np.isin(rows.nodes[name], positions)
                 rows = rows if kept.all() else rows.take(np.flatnonzero(kept))
+        return _in_order(rows)
+
+    def _expanded(self, component: cypher.Component, known: Mapping[str, Positions]) -> Bindings:
+        """The rows of a component of which some nodes are known: from the fewest of them over their relations."""
+
+        def allowed(node: BoundNode) -> Positions | None:
+            positions = self._scanned(node, known.get(node.name))
+            return None if len(positions) == len(self._view.columns.keys) else positions
+
+        start = min(known, key=lambda name: len(known[name]))
+        rows = expand(component, start, allowed, self._view.relations, self._budget)
+        for condition in component.pushed:
+            rows = rows.weigh(self.evaluator.truth(condition, rows))
         return _in_order(rows)
 
     def _scanned(self, node: BoundNode, known: Positions | None) -> Positions:

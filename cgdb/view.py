@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import background, columns
+from cgdb import background, columns, neighbours
 from cgdb.artefacts import Artefact, Artefacts
 from cgdb.bindings import Positions
 from cgdb.catalog import BUILT_IN, Catalog
@@ -20,6 +20,7 @@ from cgdb.degrees import Degrees
 from cgdb.errors import BindError, did_you_mean
 from cgdb.graph import GraphIndex, property_column
 from cgdb.ledger import Ledger, NodeRow, SceneInfo
+from cgdb.neighbours import Relations
 from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
 from cgdb.texts import FORMAT, TextIndex
@@ -29,6 +30,8 @@ CATCH_UP_FROM, CATCH_UP_SHARE, CATCH_UPS = 20_000, 0.1, 3
 """The graph index of a scene of so many nodes follows a change of up to that share of them, so many times in a row:
 elsewhere building it anew is as quick, and it leaves no dead space in the file."""
 
+COLUMNS = "columns-2"
+"""What the files of ``columns`` are called; another number for another content."""
 _GRAPH_COLUMNS = {
     "label": "label",
     "tag": "tag",
@@ -73,7 +76,7 @@ class SceneView:
     @cached_property
     def _columns_file(self) -> Artefact:
         return self._index(
-            "columns",
+            COLUMNS,
             lambda path: columns.build(path, self._ledger.nodes(self.info), self._ledger.relations(self.info)),
         )
 
@@ -81,6 +84,11 @@ class SceneView:
     def columns(self) -> Columns:
         """Keys, labels and boxes of all nodes."""
         return columns.read(self._columns_file.path, self._columns_file.meta, self.info.up)
+
+    @cached_property
+    def relations(self) -> Relations:
+        """All relations as arrays."""
+        return neighbours.read(self._columns_file.path)
 
     @cached_property
     def catalog(self) -> Catalog:
