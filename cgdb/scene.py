@@ -23,6 +23,7 @@ Vector: TypeAlias = NDArray[np.float32]
 
 ORIGINS = ("geometry", "llm", "human", "imported")
 UP_AXES = ("x", "y", "z", "-x", "-y", "-z")
+_IDENTITY = np.eye(3)
 LARGEST_COORDINATE = 1e7
 """Metres. A map of a place on Earth, even in UTM coordinates, stays below it; above it a file is damaged."""
 
@@ -230,7 +231,7 @@ def _check_box(
     if rotation is not None:
         if rotation.shape != (3, 3) or not np.isfinite(rotation).all():
             raise SceneError(f"{where}: rotation is not a finite 3 x 3 matrix")
-        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-3):
+        if np.abs(rotation @ rotation.T - _IDENTITY).max() > 1e-3:
             raise SceneError(f"{where}: rotation is not orthonormal")
 
 
