@@ -59,7 +59,8 @@ def plan_text(
     if query.aggregates:
         step("group: " + ", ".join(column.name for column in query.returns))
     if query.order:
-        step("order: " + ", ".join(to_text(item.expression) for item in query.order))
+        keys = (to_text(item.expression) + (" DESC" if item.descending else "") for item in query.order)
+        step("order: " + ", ".join(keys))
     elif not query.aggregates:
         step("order: best score first")
     if query.rerank is not None:

@@ -89,6 +89,7 @@ def _condition_reason(
                 evidence[_text(item)] = "no such neighbour"
         elif isinstance(item, ast.Call) or (isinstance(item, ast.Property) and item.variable in row.nodes):
             value = executor.evaluator.value(item, row).tolist()[0]
+            value = None if value != value else value  # NaN is how a column says null
             evidence[_text(item)] = round(value, 3) if isinstance(value, float) else value
     return Reason(asked=_text(condition), degree=degree, evidence=evidence)
 
