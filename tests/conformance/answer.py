@@ -38,8 +38,12 @@ def answers(file: Path) -> list[dict[str, Any]]:
 def answer(db: Database, case: Mapping[str, Any]) -> dict[str, Any]:
     """What one case gives."""
     parameters = {name: _parameter(value) for name, value in case.get("parameters", {}).items()}
+    text = case["query"]
+    if "fill" in case:
+        part, times = case["fill"]
+        text = text.replace("…", part * times)
     try:
-        result = db.query(case["query"], parameters, limits=Limits(**case.get("limits", {})))
+        result = db.query(text, parameters, limits=Limits(**case.get("limits", {})))
         return _told(result, why="why" in case)
     except cgdb.CgdbError as error:
         told = error.to_json()
