@@ -688,3 +688,6 @@ MATERIALS = (
     "wood", "metal", "plastic", "glass", "fabric", "leather", "paper", "cardboard", "ceramic", "rubber", "stone",
 )  # fmt: skip
 """Traits that a thing usually has; what the map says comes first."""
+
+CONSUMABLES = ("food", "drink", "toiletry", "cleaning product", "medicine", "paper product")
+"""Things that are bought in packages, which are called by them: a juice carton, a tissue box."""

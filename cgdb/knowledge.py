@@ -7,6 +7,7 @@ thing of the table answers each. What the map itself says of an object ("a red c
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,13 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb import everyday
-from cgdb.lexicon import BRANDS, DETERMINERS, FUNCTION_WORDS, GENERIC_HEADS
+from cgdb.lexicon import (
+    ADJECTIVES,
+    BRANDS,
+    COMMON_WORDS,
+    DETERMINERS,
+    FUNCTION_WORDS,
+    GENERIC_HEADS,
+    PACKAGES,
+    PARTITIVES,
+    PLACE_HEADS,
+)
+from cgdb.uses import Frame, Uses, frame, noun_runs
 from cgdb.words import parse, singular, stem, tokens
 
 Floats = NDArray[np.float32]
 
-YES, MOSTLY, UNKNOWN, KIN, NO = 0.95, 0.8, 0.35, 0.15, 0.05
-"""Degrees of a fact of the table: said outright, nearly so, not told, a sister kind, said otherwise."""
+YES, MOSTLY, MAYBE, UNKNOWN, KIN, NO = 0.95, 0.8, 0.42, 0.35, 0.15, 0.05
+"""Degrees of a fact of the table: said outright, nearly so, may well be, not told, a sister kind, said otherwise."""
 
 Form = Literal["kind", "name", "use", "traits"]
 
@@ -38,6 +50,7 @@ class Facets:
     nothing but "traits". kinds: things (indices) of which it must be one kind, traits it must have, what is left over.
 
     rest: the text that neither names a kind nor a trait and has to be matched by meaning; None where nothing is left.
+    doing: the rest read as a use.
     arguments: things that the use is done to ("take a laptop apart"): mentioned, and not what is looked for.
     named: the words (singular) by which the kinds are named; what is left of the text are its particulars.
     """
@@ -46,6 +59,7 @@ class Facets:
     kinds: tuple[int, ...] = ()
     traits: tuple[int, ...] = ()
     rest: str | None = None
+    doing: Frame | None = None
     arguments: tuple[int, ...] = ()
     named: frozenset[str] = frozenset()
 
@@ -57,7 +71,9 @@ class Knowledge:
     names: (m,) first names; the first n_lines are the lines of the table, their kinds follow. is_a: (m, m) bool,
     is_a[i, j] = thing i is a thing j (itself included); parents: (m, m) bool, its direct kinds.
     traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j.
-    uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing.
+    uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing. doing: the
+    uses read as frames. consumables: (m,) what is bought in packages. vocabulary, nouns: the words that names are made
+    of, and those that they end with.
     """
 
     names: tuple[str, ...]
@@ -69,8 +85,10 @@ class Knowledge:
     alike: Floats
     uses: tuple[str, ...]
     use_of: NDArray[np.int32]
-    use_words: Mapping[str, tuple[int, ...]]
-    verbs: frozenset[str]
+    doing: Uses
+    consumables: NDArray[np.bool_]
+    vocabulary: frozenset[str]
+    nouns: frozenset[str]
     thing_by_name: Mapping[tuple[str, ...], tuple[int, ...]]
     trait_by_name: Mapping[tuple[str, ...], int]
     version: str
@@ -82,8 +100,48 @@ class Knowledge:
     def things_named(self, phrase: str) -> tuple[int, ...]:
         """The things whose name the phrase ends with, by the longest such name ("white coffee table": coffee table)."""
         stems = _stems(phrase)
+        # "A pile of clothes" and "clothes pile", "chair" and "chair 12" are called the same.
+        while len(stems) > 1 and (stems[-1].isdigit() or (stems[-1] in _HEAPS and self._name_start(stems) < 0)):
+            stems = stems[:-1]
         start = self._name_start(stems)
         return self.thing_by_name[stems[start:]] if start >= 0 else ()
+
+    def contents_named(self, phrase: str) -> tuple[int, ...]:
+        """The things that a package is named by ("juice carton"): who looks for juice looks for that."""
+        stems = _stems(phrase)
+        if len(stems) < 2 or stems[-1] not in PACKAGES:
+            return ()
+        return tuple(i for i in self.things_named(" ".join(stems[:-1])) if self.consumables[i])
+
+    def readable(self, name: str) -> str:
+        """A name of a map in plain words: "CoffeeTable_12" is "coffee table 12", "bathroomcabinet" two words."""
+        spaced = _CAMEL.sub(" ", name.replace("_", " "))
+        return " ".join(self._parted(word) for word in spaced.split())
+
+    def _parted(self, word: str) -> str:
+        folded = word.casefold()
+        if len(word) < 6 or not word.isalpha() or not word.isascii() or self._is_word(folded):
+            return word
+        best: tuple[int, str] | None = None
+        for end in range(3, len(folded) - 2):
+            first, last = folded[:end], folded[end:]
+            if not (singular(last) in self.nouns or last in PARTITIVES or singular(last) in _HEAPS):
+                continue
+            if self._is_word(first):
+                cost = 1
+            elif any(self._is_word(first[:at]) and self._is_word(first[at:]) for at in range(3, len(first) - 2)):
+                at = next(at for at in range(3, len(first) - 2) if self._is_word(first[:at]) and self._is_word(first[at:]))
+                first, cost = f"{first[:at]} {first[at:]}", 2
+            elif len(first) >= 4 and len(last) >= 4:
+                cost = 3
+            else:
+                continue
+            if best is None or cost < best[0]:
+                best = (cost, f"{first} {last}")
+        return word if best is None else best[1]
+
+    def _is_word(self, word: str) -> bool:
+        return word in self.vocabulary or singular(word) in self.vocabulary or stem(word) in self.doing.verbs
 
     def traits_in(self, stems: Sequence[str]) -> tuple[list[int], list[str]]:
         """The traits that a run of stems says, longest names first, and the stems that say none."""
@@ -159,8 +217,12 @@ class Knowledge:
                 traits=tuple(dict.fromkeys(traits)),
                 named=frozenset(names),
             )
-        verb = bool(words) and stem(words[0]) in self.verbs
-        return Facets(form="use" if verb else "name", rest=text, arguments=self._arguments(words) if verb else ())
+        if words and words[0] in ("to", "for") and len(words) > 1:
+            return self._of_generic(words)
+        verb = bool(words) and stem(words[0]) in self.doing.verbs
+        if verb:
+            return self._of_generic(words)
+        return Facets(form="name", rest=text)
 
     def describe(self, facets: Facets) -> dict[str, object]:
         """The facets for a person: {"kind": [...], "traits": [...], "use": text}, without the empty ones."""
@@ -174,7 +236,9 @@ class Knowledge:
     def _of_generic(self, words: Sequence[str]) -> Facets:
         """The facets of "something light to sit on": adjectives after the empty head are traits, what follows a use."""
         at = 0
+        place = False
         while at < len(words) and (words[at] in GENERIC_HEADS or words[at] in DETERMINERS):
+            place |= words[at] in PLACE_HEADS
             at += 1
         traits: list[int] = []
         while at < len(words):
@@ -194,16 +258,22 @@ class Knowledge:
             at += length
         rest = words[at:]
         informative = [w for w in rest if w not in FUNCTION_WORDS]
+        text = " ".join(rest)
+        doing = frame(text, place=place) if informative else None
         return Facets(
             form="use" if informative or not traits else "traits",
             traits=tuple(dict.fromkeys(traits)),
-            rest=" ".join(rest) if informative else None,
-            arguments=self._arguments(rest),
+            rest=text if informative else None,
+            doing=doing,
+            arguments=self._arguments(rest, doing),
         )
 
-    def _arguments(self, words: Sequence[str]) -> tuple[int, ...]:
-        """Things named among the words as countable ("a laptop", "books") or after a verb ("cut paper")."""
+    def _arguments(self, words: Sequence[str], doing: Frame | None) -> tuple[int, ...]:
+        """Things that something is done to ("cut paper"), or that are named as countable ("a laptop", "books")."""
         found: list[int] = []
+        for run in noun_runs(doing.object_words if doing is not None else ()):
+            start = self._name_start(run)
+            found.extend(self.thing_by_name[run[start:]] if start >= 0 else ())
         for end in range(1, len(words) + 1):
             stems = tuple(singular(w) for w in words[max(0, end - LONGEST_NAME) : end])
             start = self._name_start(stems)
@@ -211,10 +281,11 @@ class Knowledge:
                 continue
             at = end - (len(stems) - start)
             before = words[max(0, at - 3) : at]
-            object_of = at > 0 and stem(words[at - 1]) in self.verbs
             plural = words[end - 1].endswith("s") and singular(words[end - 1]) != words[end - 1]
-            if not {"as", "like"} & set(before) and (plural or object_of or any(w in DETERMINERS for w in before)):
+            if not {"as", "like"} & set(before) and (plural or any(w in DETERMINERS for w in before)):
                 found.extend(self.thing_by_name[stems[start:]])
+        if {"as", "like"} & set(words):
+            return ()
         return tuple(dict.fromkeys(found))
 
     def kind_degrees(self, kinds: Sequence[int]) -> Floats:
@@ -223,18 +294,21 @@ class Knowledge:
         below = self.is_a[:, columns].any(axis=1)
         # What is only called "furniture" may be a chair.
         above = self.is_a[columns, :].any(axis=0)
-        kin = self.parents[:, self.parents[columns].any(axis=0)].any(axis=1)
-        return np.where(below, YES, np.where(above, UNKNOWN, np.where(kin, KIN, NO))).astype(np.float32)
+        parents = self.parents[columns].any(axis=0)
+        kin = self.parents[:, parents].any(axis=1)
+        degree = np.where(above, np.where(parents, MAYBE, UNKNOWN), np.where(kin, KIN, NO))
+        return np.where(below, YES, degree).astype(np.float32)
 
-    def use_cover(self, text: str) -> Floats:
-        """(u,) the share of the text's informative words that each use has, rare words counting more."""
-        cover = np.zeros(len(self.uses), dtype=np.float32)
-        asked = {stem(word) for word in tokens(text) if word[0].isalnum() and word not in FUNCTION_WORDS}
-        rarity = {word: float(np.log(len(self.uses) / (1.0 + len(self.use_words.get(word, ()))))) for word in asked}
-        whole = sum(rarity.values())
-        for word in asked & self.use_words.keys():
-            cover[list(self.use_words[word])] += rarity[word] / whole
-        return cover
+    def use_matches(self, asked: Frame) -> tuple[Floats, Floats, Floats]:
+        """(u,) each: the share of what is asked that a use says; the same of its verb alone; how its parts agree."""
+        kin: dict[str, frozenset[str]] = {}
+        for run in noun_runs(asked.object_words):
+            start = self._name_start(run)
+            if start >= 0:
+                kinds = np.flatnonzero(self.is_a[list(self.thing_by_name[run[start:]])].any(axis=0))
+                kin[stem(run[-1])] = frozenset(stem(self.names[i].split()[-1]) for i in kinds.tolist())
+        cover, verb = self.doing.cover(asked, kin)
+        return cover, verb, self.doing.agreement(asked)
 
     def best_use(self, values: Floats) -> Floats:
         """(m,) the largest of the values (u,) of each thing's uses; -inf for a thing without uses."""
@@ -275,6 +349,8 @@ _IMPLIED = {
 }
 """What a stated trait says of others ("a ceramic bird" is not soft); a minus says that it is not so."""
 _SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
+_HEAPS = frozenset("pile slice set pair stack bunch piece product item".split())
+_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[A-Za-z])(?=[0-9])")
 _FILLERS = frozenset(
     ("very", "really", "quite", "so", "too", "extremely", "rather", "fairly", "that", "is", "are", "which", "and")
 )
@@ -328,6 +404,7 @@ def knowledge() -> Knowledge:
             key = _stems(name)
             if i not in thing_by_name.get(key, ()):
                 thing_by_name[key] = (*thing_by_name.get(key, ()), i)
+    words = frozenset(word for key in thing_by_name for word in key if len(word) > 2)
     return Knowledge(
         names=tuple(names[0] for names in all_names),
         n_lines=n_lines,
@@ -337,22 +414,15 @@ def knowledge() -> Knowledge:
         has=_has(traits, said, alike),
         alike=alike,
         uses=uses,
-        use_words=_use_words(uses),
-        verbs=frozenset(stem(use.split()[0]) for use in uses),
+        doing=Uses.of(uses),
+        consumables=is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1),
+        vocabulary=words | ADJECTIVES | COMMON_WORDS,
+        nouns=frozenset(key[-1] for key in thing_by_name if len(key[-1]) > 2),
         use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,
         version=_version(),
     )
-
-
-def _use_words(uses: Sequence[str]) -> dict[str, tuple[int, ...]]:
-    found: dict[str, dict[int, None]] = {}
-    for i, use in enumerate(uses):
-        for word in tokens(use):
-            if word not in FUNCTION_WORDS:
-                found.setdefault(stem(word), {}).setdefault(i)
-    return {word: tuple(ids) for word, ids in found.items()}
 
 
 def _version() -> str:

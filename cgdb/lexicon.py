@@ -84,3 +84,96 @@ BRANDS = _words(
     iphone kindle imac chromebook gopro arduino raspberry sharpie post-it tupperware barbie monopoly velcro"""
 )
 """Names of one maker's things: who asks for one wants the word, not the kind."""
+PREPOSITIONS = _words(
+    """with by in on at from into onto under over through behind beside against to for of off about around inside near
+    upon across between without along using"""
+)
+PARTICLES = _words("up down away out back together apart along off over around aside")
+"""Words that belong to the verb before them: "throw away", "lie down"."""
+PATIENT_VERBS = _words("drink eat read wear sip nibbl tast chew bit snack throw kick catch studi study cuddl lift solv smok")
+"""Stems of verbs that are done to the thing where nothing else is named: "something to read"."""
+LIGHT_VERBS = _words("mak get keep tak put us hav do help go giv let hold find bring set mov")
+"""Stems of verbs that say little: what is made or kept tells more."""
+SYNONYMS = """
+repair fix mend patch restore
+cook fry bake boil roast grill prepare simmer
+heat warm reheat
+cut slice chop carve trim snip shred dice
+throw discard dispose toss bin dump trash
+rubbish garbage trash waste litter scrap peel wrapper wastepaper junk crumb
+write jot scribble note sign
+draw sketch doodle paint color
+clean wash scrub rinse wipe tidy
+sweep vacuum mop hoover dust
+sit seat perch
+lie sleep nap rest doze snooze relax lounge recline
+carry transport haul bring lug
+store keep stash stow put place save hold stow leave organize
+fasten attach secure bind tie join connect hold stick clip
+cool chill refrigerate freeze
+play perform strum
+watch see view look
+movie film show video news series program match game
+music song tune melody piece
+listen hear
+photo picture image photograph portrait selfie
+measure gauge
+weigh weight
+open unlock uncork
+drink sip gulp
+eat snack nibble munch dine
+wear dress
+light illuminate brighten lighten
+rain wet storm rainstorm downpour
+cold winter chilly frost snow
+hot heat summer
+protect shield guard
+call phone ring telephone dial
+type email write
+search browse surf
+internet web online
+dig plant
+drill bore
+hammer nail pound
+tighten loosen turn
+screw unscrew
+dismantle disassemble
+sew stitch embroider
+iron press
+wrinkle crease
+brush comb
+tooth teeth
+hang mount suspend
+decorate adorn
+learn study
+travel ride drive commute cycle
+ship mail send post
+exercise train workout
+entertain amuse fun play
+child kid toddler baby
+friend guest family
+clothes clothing garment laundry shirt outfit
+dish plate crockery tableware
+leftovers food meal lunch dinner breakfast
+beverage drink coffee tea water juice
+letter mail envelope
+money cash coin
+headache pain ache migraine
+wound cut injury bleed scratch
+fire flame blaze
+germ bacteria virus
+dust dirt crumb
+spill puddle
+time hour clock
+wake awaken
+smell scent odor fragrance
+bore dig
+steal thief burglar
+homework essay assignment study
+"""
+"""Words of like meaning, one group a line: what a verb or an object of a use may be called instead."""
+PACKAGES = _words("bottle can carton box packet pack package bag jar tin tube container dispenser")
+"""What goods are sold in: "milk bottle"."""
+VESSELS = PACKAGES | _words("mug cup glass bowl plate pot jug basket bucket tray pitcher crate sack vase dish")
+"""What is called by what it holds: "a mug of green tea" is a mug, and tea."""
+PLACE_HEADS = _words("somewhere anywhere where place places spot area")

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from cgdb.knowledge import UNKNOWN, Facets, Knowledge, knowledge
 from cgdb.texts import Source, TextIndex
+from cgdb.uses import Frame, frame
 from cgdb.words import head_phrase, query_words
 
 Floats = NDArray[np.float32]
@@ -138,6 +139,9 @@ class Calibration:
     words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "name": 5.0, "use": 0.0, "traits": 0.0})
     argument: float = 2.0
     cover: float = 3.0
+    part: float = 3.0
+    verb: float = 1.0
+    rival: float = 0.6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -421,7 +425,7 @@ class Scorer:
         if asks.kinds:
             of_thing = of_thing * known.kind_degrees(asks.kinds)
         if use:
-            of_thing = of_thing * self._use_degrees(asks.rest or "", background)
+            of_thing = of_thing * self._use_degrees(asks.doing or frame(asks.rest or ""), background)
         if asks.kinds or use:
             part = view.things.best(of_thing)
         for trait in asks.traits:
@@ -432,23 +436,33 @@ class Scorer:
             part = np.where(np.isfinite(part), part * untold, degree)
         return part
 
-    def _use_degrees(self, text: str, background: Floats | None) -> Floats:
+    def _use_degrees(self, doing: Frame, background: Floats | None) -> Floats:
         """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name.
 
-        Without vectors, by the share of the question's words that the use has.
+        Without vectors, by the share of the question's words that the use has. What serves it much less than the best
+        thing there is does not serve it: one can wipe a rug, but one sweeps with a broom.
         """
-        cover = self._known.use_cover(text)
+        known, calibration = self._known, self._calibration
+        cover, verb, agree = known.use_matches(doing)
         if background is None:
-            by_words = self._known.best_use(np.asarray(1.0 / (1.0 + np.exp(-8.0 * (cover - 0.5))), dtype=np.float32))
+            by_words = known.best_use(np.asarray(1.0 / (1.0 + np.exp(-8.0 * (cover * agree - 0.5))), dtype=np.float32))
             return np.maximum(by_words, 0.0)
-        names, uses = background[: len(self._known.names)], background[len(self._known.names) :]
-        best = self._known.best_use(contrast(uses, uses) + np.float32(self._calibration.cover) * cover)
-        return np.maximum(
-            self._calibrated("use", best), self._calibrated("topic", contrast(names, names[: self._known.n_lines]))
-        )
+        names, uses = background[: len(known.names)], background[len(known.names) :]
+        other_verb = (verb == 0.0) & bool(verb.any())
+        z = contrast(uses, uses) + np.float32(calibration.cover) * cover
+        z -= np.float32(calibration.part) * (1 - agree) + np.float32(calibration.verb) * other_verb
+        best = known.best_use(z)
+        topic = contrast(names, names[: known.n_lines])
+        return np.maximum(self._against_best("use", best), self._against_best("topic", topic))
 
-    def _calibrated(self, name: str, z: Floats) -> Floats:
-        line, slope = self._calibration.line[name], self._calibration.slope[name]
+    def _against_best(self, name: str, z: Floats) -> Floats:
+        """Calibrated, with the line no lower than a share of the best of all things."""
+        line = max(self._calibration.line[name], self._calibration.rival * float(z.max()))
+        return self._calibrated(name, z, line)
+
+    def _calibrated(self, name: str, z: Floats, line: float | None = None) -> Floats:
+        line = self._calibration.line[name] if line is None else line
+        slope = self._calibration.slope[name]
         steep = np.clip(np.float32(slope) * (z - np.float32(line)), -30.0, 30.0)
         return np.asarray(1.0 / (1.0 + np.exp(-steep)), dtype=np.float32)
 

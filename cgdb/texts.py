@@ -19,7 +19,7 @@ from cgdb.errors import CorruptionError
 from cgdb.knowledge import knowledge
 from cgdb.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
-FORMAT = 3
+FORMAT = 4
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
 
 MOST_TEXT_PROPERTIES = 32
@@ -249,7 +249,7 @@ def texts_of(node: Node, parses: dict[str, Parse] | None = None) -> list[tuple[S
             if text:
                 found.append((source, text))
 
-    add(Source.NAME, node.tag)
+    add(Source.NAME, None if node.tag is None else knowledge().readable(node.tag))
     if node.label and node.label != "Object":
         add(Source.NAME, node.label)
     if node.caption:
@@ -257,7 +257,7 @@ def texts_of(node: Node, parses: dict[str, Parse] | None = None) -> list[tuple[S
         memory = {} if parses is None else parses
         if caption not in memory:
             memory[caption] = parse(caption)
-        for phrase in memory[caption].heads:
+        for phrase in (*memory[caption].heads, *memory[caption].contents):
             add(Source.HEAD, phrase)
         add(Source.CAPTION, caption)
     for tag in node.tags:
@@ -304,7 +304,7 @@ def _facts(
     for t in np.unique(text_ids[telling]).tolist():
         masks[t] = known.stated(texts[t])
     for t in np.unique(text_ids[called]).tolist():
-        things = known.things_named(texts[t])
+        things = (*known.things_named(texts[t]), *known.contents_named(texts[t]))
         starts[t], counts[t] = len(found), len(things)
         found.extend(things)
     rows = np.repeat(np.arange(len(indptr) - 1, dtype=np.int32), np.diff(indptr))

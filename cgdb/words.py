@@ -29,6 +29,7 @@ from cgdb.lexicon import (
     PARTITIVES,
     PRONOUNS,
     RELATION_WORDS,
+    VESSELS,
 )
 
 LONGEST_TEXT = 4000
@@ -124,12 +125,14 @@ class Word:
 class Parse:
     """A text's words with their roles, and its head phrases: what the thing is said to be ("white couch").
 
-    generic: the head says nothing ("something to sit on"), so that every other word counts in full.
+    generic: the head says nothing ("something to sit on"), so that every other word counts in full. contents: what a
+    vessel is said to hold ("a mug of green tea").
     """
 
     words: tuple[Word, ...]
     heads: tuple[str, ...]
     generic: bool
+    contents: tuple[str, ...] = ()
 
 
 def tokens(text: str) -> list[str]:
@@ -146,9 +149,9 @@ def parse(text: str) -> Parse:
     head phrase, its last noun the head; the rest is context. "A pair of X", "the corner of X" name X.
     """
     found = tokens(_LEAD_INS.sub("", text[:LONGEST_TEXT]))
-    roles, phrases, generic = _roles(found)
+    roles, phrases, generic, held = _roles(found)
     words = tuple(_word(token, role) for token, role in zip(found, roles, strict=True) if role is not None)
-    return Parse(words, phrases, generic)
+    return Parse(words, phrases, generic, held)
 
 
 @lru_cache(maxsize=131072)
@@ -161,13 +164,14 @@ def _word(token: str, role: Role) -> Word:
     return Word(token, (stem(bare),), None, role, informative_weight(bare))
 
 
-def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bool]:
-    """The role of each token (None for punctuation), the head phrases, and whether the head is generic."""
+def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bool, tuple[str, ...]]:
+    """The role of each token (None for punctuation), the head phrases, whether the head is generic, what it holds."""
     roles: list[Role | None] = [None if len(t) == 1 and not t.isalnum() else Role.CONTEXT for t in found]
     phrases: list[str] = []
     segment: list[int] = []
     generic = False
     contents = range(0)
+    held = ""
 
     def close() -> None:
         while segment and (found[segment[-1]] in FUNCTION_WORDS or roles[segment[-1]] is None):
@@ -201,6 +205,8 @@ def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bo
                 continue
             if segment and found[segment[-1]] not in DEPICTIONS:
                 contents = range(i + 1, _phrase_end(found, i + 1))
+                if singular(found[segment[-1]]) in VESSELS:
+                    held = " ".join(found[k] for k in contents if roles[k] is not None and found[k] not in DETERMINERS)
             break
         if token in ("or", "/"):
             if has_noun:
@@ -244,7 +250,7 @@ def _roles(found: Sequence[str]) -> tuple[list[Role | None], tuple[str, ...], bo
                 roles[i] = Role.MODIFIER
     else:
         roles = [None if r is None else Role.MODIFIER for r in roles]
-    return roles, tuple(phrases), generic
+    return roles, tuple(phrases), generic, (held,) if held and not generic else ()
 
 
 def _ends(found: Sequence[str], useful: Sequence[int], i: int) -> bool:

@@ -1,0 +1,208 @@
+"""What one does with a thing: "to drink", "to drink from", "to slice bread with", split into verb, object and gap.
+
+"Something to drink" is drunk, "something to drink from" is not: the preposition left standing without its noun, or the
+lack of one, says which part in the doing the thing plays. Sentence embeddings hardly see it, so it is read from the words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.lexicon import DETERMINERS, FUNCTION_WORDS, LIGHT_VERBS, PARTICLES, PATIENT_VERBS, PREPOSITIONS, SYNONYMS
+from cgdb.words import singular, stem, tokens
+
+Floats = NDArray[np.float32]
+
+KINDRED = 0.8
+"""How much of a word a word of like meaning covers ("mend" of "repair"), or the name of its kind ("food" of "egg")."""
+
+
+class Gap(IntEnum):
+    """The part that the thing plays in what is done."""
+
+    ANY = 0
+    """Not said."""
+    PATIENT = 1
+    """It is done to the thing: "to drink"."""
+    MEANS = 2
+    """With or by the thing: "to cut paper with"."""
+    PLACE = 3
+    """In, on, at or from the thing: "to sit on"."""
+    DOER = 4
+    """The thing does it, or serves to: "to open a bottle"."""
+
+
+_AGREE: Mapping[frozenset[Gap], float] = {
+    frozenset((Gap.PATIENT, Gap.MEANS)): 0.0,
+    frozenset((Gap.PATIENT, Gap.PLACE)): 0.0,
+    frozenset((Gap.PATIENT, Gap.DOER)): 0.5,
+    frozenset((Gap.MEANS, Gap.PLACE)): 0.4,
+    frozenset((Gap.PLACE, Gap.DOER)): 0.8,
+}
+"""How well two parts go together where it is less than fully."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """verbs and objects: stems; around: stems of what else is said ("in the evening"); object_words as written."""
+
+    verbs: tuple[str, ...]
+    objects: tuple[str, ...]
+    around: tuple[str, ...]
+    gap: Gap
+    object_words: tuple[str, ...] = ()
+
+
+_STARTS = frozenset(
+    """to i you we one can could should would may might must that which what where do does for used use using help helps
+    me us it is want wants need able let lets people someone will and be which's""".split()
+)
+_CLAUSES = frozenset("when while because so if after before during until than as".split())
+
+
+def frame(text: str, *, place: bool = False) -> Frame:
+    """Read a use. place: the question asks where, so that the thing is a place whatever the preposition."""
+    found = [word for word in tokens(text) if word[0].isalnum()]
+    at = 0
+    while at < len(found) - 1 and found[at] in _STARTS:
+        at += 1
+    if at >= len(found):
+        return Frame((), (), (), Gap.ANY)
+    verbs = [found[at]]
+    at += 1
+    at += at < len(found) and found[at] in PARTICLES
+    while at + 1 < len(found) and found[at] in ("or", "and") and found[at + 1] not in PREPOSITIONS:
+        verbs.append(found[at + 1])
+        at += 2
+    objects: list[str] = []
+    around: list[str] = []
+    gap, into = Gap.ANY, objects
+    while at < len(found):
+        word = found[at]
+        following = found[at + 1] if at + 1 < len(found) else ""
+        if word == "out" and following == "of":
+            at += 1
+            word, following = "from", found[at + 1] if at + 1 < len(found) else ""
+        if word in _CLAUSES:
+            into = around
+        elif word in PREPOSITIONS:
+            if not following or following in PREPOSITIONS or following in _CLAUSES or following in ("or", "and"):
+                gap = Gap.MEANS if word in ("with", "by", "using") else Gap.PLACE
+            into = around
+        elif word not in PARTICLES:
+            into.append(word)
+        at += 1
+    content = [word for word in objects if word not in FUNCTION_WORDS]
+    if place and gap is not Gap.MEANS:
+        gap = Gap.PLACE
+    elif gap is Gap.ANY and objects:
+        gap = Gap.DOER
+    elif gap is Gap.ANY and stem(verbs[0]) in PATIENT_VERBS:
+        gap = Gap.PATIENT
+    return Frame(
+        tuple(dict.fromkeys(stem(verb) for verb in verbs if verb not in FUNCTION_WORDS)),
+        tuple(dict.fromkeys(stem(word) for word in content)),
+        tuple(dict.fromkeys(stem(word) for word in around if word not in FUNCTION_WORDS)),
+        gap,
+        tuple(objects),
+    )
+
+
+def noun_runs(words: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """The runs of words (singular) between determiners and conjunctions: "a cut finger or bread"."""
+    run: list[str] = []
+    for word in words:
+        if word in DETERMINERS or word in FUNCTION_WORDS:
+            if run:
+                yield tuple(run)
+            run = []
+        else:
+            run.append(singular(word))
+    if run:
+        yield tuple(run)
+
+
+@lru_cache(maxsize=1)
+def _synonyms() -> Mapping[str, frozenset[str]]:
+    groups = [frozenset(stem(word) for word in line.split()) for line in SYNONYMS.strip().splitlines()]
+    found: dict[str, frozenset[str]] = {}
+    for group in groups:
+        for word in group:
+            found[word] = found.get(word, frozenset()) | group
+    return found
+
+
+def synonyms(word: str) -> frozenset[str]:
+    """The stems that mean nearly the same as a stem, itself included."""
+    return _synonyms().get(word, frozenset()) | {word}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Uses:
+    """Many uses (u) as frames, indexed by their words."""
+
+    frames: tuple[Frame, ...]
+    gaps: NDArray[np.int64]
+    verbs: Mapping[str, NDArray[np.int64]]
+    others: Mapping[str, NDArray[np.int64]]
+
+    @classmethod
+    def of(cls, phrases: Sequence[str]) -> Uses:
+        frames = tuple(frame(phrase) for phrase in phrases)
+        verbs: dict[str, list[int]] = {}
+        others: dict[str, list[int]] = {}
+        for i, one in enumerate(frames):
+            for word in one.verbs:
+                verbs.setdefault(word, []).append(i)
+            for word in dict.fromkeys((*one.objects, *one.around)):
+                others.setdefault(word, []).append(i)
+        return cls(
+            frames,
+            np.asarray([one.gap for one in frames], dtype=np.int64),
+            {word: np.asarray(ids, dtype=np.int64) for word, ids in verbs.items()},
+            {word: np.asarray(ids, dtype=np.int64) for word, ids in others.items()},
+        )
+
+    def cover(self, asked: Frame, kin: Mapping[str, frozenset[str]]) -> tuple[Floats, Floats]:
+        """(u,) the share of what is asked that each use covers, rare words counting more; (u,) the same of the verb.
+
+        kin: {object word: stems of the kinds that it is of, or that are of it}.
+        """
+        n = len(self.frames)
+        total, of_verb = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
+        whole = 0.0
+        for word in asked.verbs:
+            best = self._matches(word, frozenset(), verb=True)
+            np.maximum(of_verb, best, out=of_verb)
+        if asked.verbs:
+            weight = 0.3 if all(verb in LIGHT_VERBS for verb in asked.verbs) else 1.0
+            whole += weight
+            total += np.float32(weight) * of_verb
+        for words, share in ((asked.objects, 1.0), (asked.around, 0.4)):
+            for word in words:
+                # Many objects are one object: "old clothes and books" asks for no more than "books".
+                weight = share / len(words)
+                whole += weight
+                total += np.float32(weight) * self._matches(word, kin.get(word, frozenset()), verb=False)
+        return total / np.float32(max(whole, 1e-6)), of_verb
+
+    def _matches(self, word: str, kin: frozenset[str], *, verb: bool) -> Floats:
+        best = np.zeros(len(self.frames), dtype=np.float32)
+        for like in synonyms(word) | kin:
+            value = 1.0 if like == word else KINDRED
+            for index, factor in ((self.verbs, 1.0 if verb else 0.5), (self.others, 0.5 if verb else 1.0)):
+                ids = index.get(like)
+                if ids is not None:
+                    best[ids] = np.maximum(best[ids], np.float32(value * factor))
+        return best
+
+    def agreement(self, asked: Frame) -> Floats:
+        """(u,) how well the part that the thing plays in each use goes with the one that is asked for."""
+        by_gap = np.asarray([_AGREE.get(frozenset((asked.gap, gap)), 1.0) for gap in Gap], dtype=np.float32)
+        return by_gap[self.gaps]
