@@ -7,7 +7,7 @@ and the answer says so. Whatever a model writes is parsed, bound and run as any 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,13 +73,14 @@ def ask(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Draft:
-    """A statement that was run."""
+    """A statement that was run. nearest: it gave no rows, and those that are there are the nearest things."""
 
     tree: ast.Query
     result: Result
     how: str
     understood: tuple[str, ...] = ()
     wanted: str = ""
+    nearest: bool = False
 
 
 class _Asking:
@@ -101,7 +102,7 @@ class _Asking:
         self.db, self.model, self.previous = db, model, previous
         self.as_of, self.limits = as_of, limits or Limits(seconds=SECONDS)
         self.image = None if image is None else Path(image)
-        self.scenes = tuple(scenes) or self._scenes_before()
+        self.scenes = tuple(scenes)
         names = self.scenes or tuple(info.name for info in db.scenes(as_of))
         self.views = [db.view(name, as_of) for name in names]
         self.catalog: Catalog = merge(view.catalog for view in self.views)
@@ -139,12 +140,6 @@ class _Asking:
             )
             text = text[:LONGEST_QUESTION].rpartition(" ")[0] or text[:LONGEST_QUESTION]
         return text
-
-    def _scenes_before(self) -> tuple[str, ...]:
-        """The scenes that the answer before found something in: its ids mean nothing in others."""
-        if self.previous is None or not self.previous.objects:
-            return ()
-        return tuple(dict.fromkeys(node.scene for node in self.previous.objects))
 
     def _look(self, image: Path) -> None:
         """Have the picture described by the model, and embedded where a feature space has an image tower."""
@@ -219,14 +214,20 @@ class _Asking:
 
     def _framed(self, tree: ast.Query) -> ast.Query:
         """The statement in the scenes that were asked, with an end to its rows."""
-        if self.scenes:
-            tree = replace(tree, scenes=tuple(ast.Text(value=name) for name in self.scenes))
+        scenes = self.scenes or (self._scenes_before() if "$previous" in to_text(tree) else ())
+        if scenes:
+            tree = replace(tree, scenes=tuple(ast.Text(value=name) for name in scenes))
         if self.as_of is not None:
             moment = ast.Text(value=self.as_of) if isinstance(self.as_of, str) else ast.Number(value=self.as_of)
             tree = replace(tree, as_of=moment)
         if tree.limit is None and not any(_is_total(item.expression) for item in tree.returns):
             tree = replace(tree, limit=ast.Number(value=MOST_ROWS))
         return tree
+
+    def _scenes_before(self) -> tuple[str, ...]:
+        """The scenes that the answer before found something in: its ids mean nothing in others."""
+        found = () if self.previous is None else self.previous.objects
+        return tuple(dict.fromkeys(node.scene for node in found))
 
     def _other_way(self, draft: _Draft) -> _Draft:
         """The draft, or, where nothing fits it and something fits with an edge turned round, that."""
@@ -276,7 +277,9 @@ class _Asking:
         if draft.result.rows or any(_is_total(item.expression) for item in draft.tree.returns):
             return draft
         near = self._nearest(draft, NEAREST)
-        return replace(draft, result=replace(draft.result, columns=("o",), rows=near)) if near else draft
+        if not near:
+            return draft
+        return replace(draft, result=replace(draft.result, columns=("o",), rows=near), nearest=True)
 
     def _nearest(self, draft: _Draft, count: int) -> tuple[Row, ...]:
         """The things that are nearest to what was wanted, whatever else was asked."""
@@ -315,7 +318,7 @@ class _Asking:
         by_key = dict(zip(keys, rows, strict=True))
         read = judged(rows, keys, self.question, said)
         rest = tuple(_unread(row) for row in draft.result.rows[CANDIDATES:]) if said.query_achievable else ()
-        strict = {_identity(row) for row in draft.result.rows}
+        strict = set() if draft.nearest else {_identity(row) for row in draft.result.rows}
         if any(_identity(by_key[key]) not in strict for key in said.final_relevant_objects):
             self.warnings.append("the statement was too strict; some of the answer are the nearest things beside it")
         relevant = [node.id for key in said.relevant_objects if (node := first_node(by_key[key])) is not None]
@@ -405,8 +408,9 @@ def _explained(result: Result) -> str:
 
 
 def _because(row: Row) -> str:
-    reasons: Mapping[str, float] = {clean(reason.asked, 80): reason.degree for reason in row.why[:4]}
-    return ", ".join(f"{asked} is {degree:.2f}" for asked, degree in reasons.items()) or "nothing more was asked"
+    """The short conditions and how they did; the long ones are for whoever asks why."""
+    said = [f"{reason.asked} is {reason.degree:.2f}" for reason in row.why if len(reason.asked) <= 60][:3]
+    return clean(", ".join(said), 300) or f"its degree is {row.score:.2f}"
 
 
 def _shown(value: Any) -> str:

@@ -47,8 +47,8 @@ class Answer:
 
     @property
     def objects(self) -> tuple[StoredNode, ...]:
-        """The objects that answer the question, best first: of each row that fits, the first."""
-        return tuple(node for row in self.rows if row.fits and (node := first_node(row)) is not None)
+        """The objects that answer the question, best first: of each row that fits the first, of a total all."""
+        return tuple(node for row in self.rows if row.fits for node in answering(row))
 
     @property
     def ids(self) -> tuple[ObjectId, ...]:
@@ -73,6 +73,15 @@ class Answer:
             "usage": self.usage.to_dict(),
             "warnings": list(self.warnings),
         }
+
+
+def answering(row: Row) -> tuple[StoredNode, ...]:
+    """The object that a row is about; of a row without one, those that it collected."""
+    first = first_node(row)
+    if first is not None:
+        return (first,)
+    lists = (value for value in row if isinstance(value, (list, tuple)))
+    return tuple(item for value in lists for item in value if isinstance(item, StoredNode))
 
 
 def first_node(row: Row) -> StoredNode | None:

@@ -191,7 +191,11 @@ class Model:
             body.update(more)
             body.update(self.settings.extra)
             started = time.monotonic()
-            response = self._sent("chat/completions", body, meter)
+            try:
+                response = self._sent("chat/completions", body, meter)
+            except ModelError:
+                meter.add(Usage(calls=1, seconds=time.monotonic() - started))
+                raise
             if response.status == 200:
                 return self._read(response.text, body, meter, time.monotonic() - started)
             meter.add(Usage(calls=1, seconds=time.monotonic() - started))

@@ -18,7 +18,13 @@ class OpenAITransport:
     """One server. The package's own retries are off: they know of no deadline over all of a question."""
 
     def __init__(self, settings: Settings) -> None:
-        """MissingExtraError where the package is not installed."""
+        self._settings = settings
+        self._where = settings.base_url
+        self._package: Any = None
+        self._client: Any = None
+
+    def _connect(self) -> None:
+        """MissingExtraError where the package is not installed: only now, so that without it all else works."""
         try:
             import openai
         except ImportError:
@@ -26,15 +32,19 @@ class OpenAITransport:
                 "language models are asked by the package openai, which is not installed",
                 hint="pip install 'cgdb[llm]'",
             ) from None
-        self._openai = openai
+        self._package = openai
         # Local servers want no key, but the package wants one.
         self._client = openai.OpenAI(
-            base_url=settings.base_url, api_key=settings.api_key or "none", max_retries=0, timeout=settings.timeout
+            base_url=self._where,
+            api_key=self._settings.api_key or "none",
+            max_retries=0,
+            timeout=self._settings.timeout,
         )
-        self._where = settings.base_url
 
     def send(self, path: str, body: Mapping[str, Any] | None, seconds: float) -> Response:
         """One request; seconds is for all of it, however slowly it comes."""
+        if self._client is None:
+            self._connect()
         started = time.monotonic()
         try:
             if path == "models":
@@ -47,13 +57,13 @@ class OpenAITransport:
             )
             with stream as response:
                 return Response(status=200, text=self._text(response.iter_bytes(), started, seconds))
-        except self._openai.APIStatusError as error:
+        except self._package.APIStatusError as error:
             return Response(
                 status=error.status_code, text=_body(error.response), retry_after=_seconds(error.response.headers)
             )
-        except self._openai.APITimeoutError:
+        except self._package.APITimeoutError:
             raise self._slow(seconds) from None
-        except self._openai.APIConnectionError as error:
+        except self._package.APIConnectionError as error:
             raise Unreachable(
                 f"nothing answers at {self._where} ({type(error.__cause__ or error).__name__})",
                 hint="is the model server running? CGDB_LLM_BASE_URL says where",

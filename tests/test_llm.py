@@ -369,6 +369,7 @@ def test_a_wrong_config_file_is_one_clear_error(tmp_path: Path, text: str, words
 
 def test_without_the_package_the_pip_line_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "openai", None)
+    made = connect(Settings(base_url="http://127.0.0.1:1/v1"), remember=False)
     with pytest.raises(MissingExtraError) as caught:
-        connect(Settings(base_url="http://127.0.0.1:1/v1"))
+        say(made)
     assert caught.value.hint == "pip install 'cgdb[llm]'"
