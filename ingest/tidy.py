@@ -1,0 +1,108 @@
+"""Periodic care of a map: noise goes, objects that are one are merged, those that were hardly seen are left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.ingest.associate import neighbours
+from cgdb.ingest.fuse import Objects
+from cgdb.ingest.lift import STRONG
+from cgdb.ingest.voxels import Voxels
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tidying:
+    """When and how.
+
+    denoise_every, merge_every, filter_every: frames; 0 is never, but all three are done at the end. share, strength: a
+    voxel is an object's where at least this share of its sightings say so, and so many. old: frames after which a
+    voxel that hardly anything spoke for is forgotten. overlap, semantic, text: objects merge when this share of one's
+    voxels are or touch the other's, and their features are so alike (cosine). least_detections: fewer is no object.
+    """
+
+    denoise_every: int = 20
+    merge_every: int = 20
+    filter_every: int = 0
+    share: float = 0.35
+    strength: float = STRONG
+    old: int = 20
+    overlap: float = 0.7
+    semantic: float = 0.8
+    text: float = 0.8
+    least_detections: int = 3
+    least_voxels: int = 4
+
+
+def denoise(voxels: Voxels, now: int, how: Tidying) -> None:
+    """Forget voxels that were seen once, a while ago, and never again: what a camera made up, or nobody claimed."""
+    part = slice(0, voxels.count)
+    weak = (voxels.seen[part] < how.strength) & (voxels.last[part] < now - how.old)
+    if weak.mean() > 0.05 if voxels.count else False:
+        voxels.keep(np.flatnonzero(~weak))
+
+
+def merge(objects: Objects, voxels: Voxels, how: Tidying) -> int:
+    """Merge objects that lie within each other and look alike; how many went. Background is left as it is."""
+    n = len(objects)
+    if n < 2:
+        return 0
+    ratio = shared(objects, voxels, how)
+    i, j = np.nonzero(ratio > how.overlap) if isinstance(ratio, np.ndarray) else (np.zeros(0, int), np.zeros(0, int))
+    order = np.lexsort((j, i, -ratio[i, j]))
+    into = np.arange(n)
+    clip, text = objects.unit("clip"), objects.unit("clip_text")
+    for a, b in zip(i[order].tolist(), j[order].tolist(), strict=True):
+        if into[a] != a:
+            continue  # it went already, and not twice
+        while into[b] != b:
+            b = int(into[b])
+        alike = clip is None or float(clip[a] @ clip[b]) > how.semantic
+        named = text is None or float(text[a] @ text[b]) > how.text
+        if a != b and alike and named:
+            into[a] = b
+    for a in range(n):
+        while into[into[a]] != into[a]:
+            into[a] = into[into[a]]
+    gone = int((into != np.arange(n)).sum())
+    if gone:
+        objects.merge(into, voxels)
+    return gone
+
+
+def shared(objects: Objects, voxels: Voxels, how: Tidying) -> NDArray[np.float32]:
+    """(n, n) float32 the share of object i's voxels that are, or touch, object j's; 0 on the diagonal.
+
+    One walk over the voxels of things (not of the room) finds every pair that meets, however many pairs there are.
+    """
+    n = len(objects)
+    held = voxels.solid(how.share, 0.0)
+    thing = ~np.array([obj.background for obj in objects.all] + [True])
+    held &= thing[voxels.owners[: voxels.count]]
+    rows = np.flatnonzero(held.any(axis=1)).astype(np.int32)
+    place, slot = np.nonzero(held[rows])
+    mine = voxels.owners[rows[place], slot]
+    size = np.bincount(mine, minlength=n)
+    item, at = neighbours(voxels, rows)
+    near_place, near_slot = np.nonzero(held[at])
+    # (voxel, object near it), each once; then joined with (voxel, object in it).
+    near = np.unique(item[near_place].astype(np.int64) * n + voxels.owners[at[near_place], near_slot])
+    near_voxel, near_object = near // n, near % n
+    counts = np.bincount(near_voxel, minlength=len(rows))
+    starts = np.cumsum(counts) - counts
+    pairs = np.repeat(np.arange(len(place)), counts[place])
+    offset = np.arange(len(pairs)) - np.repeat(np.cumsum(counts[place]) - counts[place], counts[place])
+    other = near_object[starts[place[pairs]] + offset]
+    met = np.bincount(mine[pairs].astype(np.int64) * n + other, minlength=n * n).reshape(n, n)
+    np.fill_diagonal(met, 0)
+    return (met / np.maximum(size, 1)[:, None]).astype(np.float32)
+
+
+def drop(objects: Objects, voxels: Voxels, how: Tidying) -> int:
+    """Drop the objects that were detected less often than asked; how many went."""
+    into = np.array([i if obj.n >= how.least_detections else -1 for i, obj in enumerate(objects.all)], np.intp)
+    if (into < 0).any():
+        objects.merge(into, voxels)
+    return int((into < 0).sum())

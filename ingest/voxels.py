@@ -1,0 +1,258 @@
+"""One sparse voxel grid for a whole map: where voxels are found in constant time, and who saw what in each.
+
+A tree of three levels over integer cells, as in VDB (Museth 2013): a dictionary of regions of 128 cells a side, a table
+of blocks of 8 in each, a table of cells in each block. A frame touches a handful of regions, so everything below the
+dictionary is array indexing: finding a point's voxel costs the same however large the map is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.errors import SceneError
+
+Ints = NDArray[np.int32]
+Floats = NDArray[np.float32]
+
+REGION = 7
+"""A region has 2**7 cells a side: 3.2 m at 2.5 cm."""
+BLOCK = 3
+"""A block has 2**3 cells a side."""
+REACH = 1 << 20
+"""Cells lie within this many of the origin, each way: 26 km at 2.5 cm."""
+SLOTS = 4
+"""Objects that one voxel remembers. Where a fifth wants in, the weakest claim gives way."""
+_BLOCKS = 1 << (3 * (REGION - BLOCK))
+_CELLS = 1 << (3 * BLOCK)
+_DENSE = 1 << 16
+
+FACES: Ints = np.array(
+    [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.int32
+)
+"""(7, 3): a cell and those that share a face with it."""
+
+
+class Voxels:
+    """Voxels on a grid that is fixed in the map's frame, one row each in growing arrays.
+
+    cells (n, 3) int32; points (n, 3) float32 m and colors (n, 3) float32 RGB are sums of weight (n,) samples, points
+    relative to the voxel's corner. owners (n, SLOTS) int32 are object numbers, -1 where free, and votes (n, SLOTS)
+    float32 how often each was seen there; seen (n,) float32 is how often anything was.
+    """
+
+    def __init__(self, size: float) -> None:
+        self.size = size
+        self._regions: dict[tuple[int, int, int], int] = {}
+        # Number 0 of each level is the empty one: a search that finds nothing ends there, without a test on the way.
+        self._blocks: Ints = np.zeros((1, _BLOCKS), np.int32)
+        self._leaves: Ints = np.full((1, _CELLS), -1, np.int32)
+        self._n_leaves = 1
+        self.count = 0
+        self._make_rows(1 << 12)
+
+    def _make_rows(self, room: int) -> None:
+        old = self.count
+        layout: dict[str, tuple[tuple[int, ...], type, float]] = {
+            "cells": ((3,), np.int32, 0),
+            "points": ((3,), np.float32, 0),
+            "colors": ((3,), np.float32, 0),
+            "weight": ((), np.float32, 0),
+            "seen": ((), np.float32, 0),
+            "owners": ((SLOTS,), np.int32, -1),
+            "votes": ((SLOTS,), np.float32, 0),
+            "last": ((), np.int32, 0),
+        }
+        for name, (shape, dtype, empty) in layout.items():
+            made = np.full((room, *shape), empty, dtype)
+            if old:
+                made[:old] = getattr(self, name)[:old]
+            setattr(self, name, made)
+
+    cells: Ints
+    points: Floats
+    colors: Floats
+    weight: Floats
+    seen: Floats
+    owners: Ints
+    votes: Floats
+    last: Ints
+    """(n,): the frame that saw the voxel last."""
+
+    def cells_of(self, points: NDArray[np.floating]) -> Ints:
+        """(n, 3) int32 the cells that points (n, 3) in metres lie in."""
+        scaled = np.floor(points / self.size)
+        if len(scaled) and not (np.abs(scaled) < REACH).all():
+            raise SceneError(f"a point lies farther than {REACH * self.size / 1000:.0f} km from the map's origin")
+        cells: Ints = scaled.astype(np.int32)
+        return cells
+
+    def find(self, cells: Ints) -> Ints:
+        """(n,) int32 the rows of cells (n, 3); -1 where there is no voxel."""
+        region, block, cell = self._address(cells, create=False)
+        return self._leaves[self._blocks[region, block], cell]
+
+    def make(self, cells: Ints) -> Ints:
+        """(n,) int32 the rows of cells (n, 3), made where there were none; several cells may be the same."""
+        region, block, cell = self._address(cells, create=True)
+        leaf = self._blocks[region, block]
+        lost = np.flatnonzero(leaf == 0)
+        if len(lost):
+            flat = region[lost].astype(np.int64) * _BLOCKS + block[lost]
+            new = np.unique(flat)
+            self._blocks.reshape(-1)[new] = self._new_leaves(len(new))
+            leaf[lost] = self._blocks.reshape(-1)[flat]
+        row = self._leaves[leaf, cell]
+        lost = np.flatnonzero(row < 0)
+        if len(lost):
+            flat = leaf[lost].astype(np.int64) * _CELLS + cell[lost]
+            new, example = np.unique(flat, return_index=True)
+            rows = np.arange(self.count, self.count + len(new), dtype=np.int32)
+            if self.count + len(new) > len(self.seen):
+                self._make_rows(max(2 * len(self.seen), self.count + len(new)))
+            self.cells[rows] = cells[lost[example]]
+            self.count += len(new)
+            self._leaves.reshape(-1)[new] = rows
+            row[lost] = self._leaves.reshape(-1)[flat]
+        return row
+
+    def keep(self, rows: NDArray[np.intp]) -> None:
+        """Forget all voxels but these; those that stay get new rows, in the same order, from 0."""
+        kept = {name: getattr(self, name)[rows] for name in _COLUMNS}
+        fresh = Voxels(self.size)
+        fresh.make(kept["cells"])
+        self._regions, self._blocks, self._leaves = fresh._regions, fresh._blocks, fresh._leaves
+        self._n_leaves = fresh._n_leaves
+        order = self.find(kept["cells"])
+        self.count = 0
+        self._make_rows(max(1 << 12, len(rows) + len(rows) // 4))
+        self.count = len(rows)
+        for name, values in kept.items():
+            getattr(self, name)[order] = values
+
+    def _address(self, cells: Ints, *, create: bool) -> tuple[Ints, Ints, Ints]:
+        """The region, the block in it, and the cell in that."""
+        slots = self._region_slots(cells >> REGION, create=create)
+        mask = (1 << (REGION - BLOCK)) - 1
+        b = (cells >> BLOCK) & mask
+        block = (b[:, 0] << (2 * (REGION - BLOCK))) | (b[:, 1] << (REGION - BLOCK)) | b[:, 2]
+        c = cells & ((1 << BLOCK) - 1)
+        cell = (c[:, 0] << (2 * BLOCK)) | (c[:, 1] << BLOCK) | c[:, 2]
+        return slots, block, cell
+
+    def _region_slots(self, regions: Ints, *, create: bool) -> Ints:
+        if not len(regions):
+            return np.zeros(0, np.int32)
+        low = regions.min(axis=0)
+        span = regions.max(axis=0).astype(np.int64) - low + 1
+        n = int(np.prod(span))
+        if n <= _DENSE:
+            shifted = regions - low
+            code = (shifted[:, 0] * np.int32(span[1]) + shifted[:, 1]) * np.int32(span[2]) + shifted[:, 2]
+            flags = np.zeros(n, np.bool_)
+            flags[code] = True
+            present = np.flatnonzero(flags)
+            corners = np.stack(np.unravel_index(present, tuple(span.tolist())), axis=1) + low
+            table = np.zeros(n, np.int32)
+            table[present] = [self._slot(corner, create) for corner in map(tuple, corners.tolist())]
+            return table[code]
+        corners, code = np.unique(regions, axis=0, return_inverse=True)
+        slots = np.array([self._slot(corner, create) for corner in map(tuple, corners.tolist())], np.int32)
+        return slots[code.reshape(-1)]
+
+    def _slot(self, corner: tuple[int, int, int], create: bool) -> int:
+        slot = self._regions.get(corner, 0)
+        if slot == 0 and create:
+            slot = self._regions[corner] = len(self._regions) + 1
+            if slot >= len(self._blocks):
+                self._blocks = np.concatenate([self._blocks, np.zeros((max(4, slot), _BLOCKS), np.int32)])
+        return slot
+
+    def _new_leaves(self, n: int) -> Ints:
+        first, self._n_leaves = self._n_leaves, self._n_leaves + n
+        if self._n_leaves > len(self._leaves):
+            room = max(256, len(self._leaves) // 2, self._n_leaves - len(self._leaves))
+            self._leaves = np.concatenate([self._leaves, np.full((room, _CELLS), -1, np.int32)])
+        return np.arange(first, first + n, dtype=np.int32)
+
+    # Evidence
+
+    def add_samples(self, points: Floats, colors: NDArray[np.uint8]) -> tuple[Ints, Ints]:
+        """Add points (n, 3) m and colors (n, 3) to the means of their voxels, made where there were none.
+
+        (the distinct rows, ascending; the place of each point's row among them).
+        """
+        rows = self.make(self.cells_of(points))
+        flags = np.zeros(self.count, np.bool_)
+        flags[rows] = True
+        distinct: Ints = np.flatnonzero(flags).astype(np.int32)
+        place_of = np.empty(self.count, np.int32)
+        place_of[distinct] = np.arange(len(distinct), dtype=np.int32)
+        place, n = place_of[rows], len(distinct)
+        hits = np.bincount(place, minlength=n)
+        corner = self.cells[distinct] * self.size
+        for axis in range(3):
+            total = np.bincount(place, weights=points[:, axis], minlength=n) - hits * corner[:, axis]
+            self.points[distinct, axis] += total.astype(np.float32)
+            self.colors[distinct, axis] += np.bincount(place, weights=colors[:, axis], minlength=n).astype(np.float32)
+        self.weight[distinct] += hits.astype(np.float32)
+        return distinct, place
+
+    def vote(self, rows: Ints, objects: Ints, strength: Floats) -> None:
+        """Say that objects (n,) were seen at rows (n,), with strength (n,). A pair may occur once; rows ascend."""
+        start = np.flatnonzero(np.r_[True, rows[1:] != rows[:-1]]) if len(rows) else np.zeros(0, np.intp)
+        self.seen[rows[start]] += np.maximum.reduceat(strength, start) if len(rows) else 0
+        rank = np.arange(len(rows)) - np.repeat(start, np.diff(np.r_[start, len(rows)]))
+        # The claims of one frame on one voxel are settled one after the other; hardly any voxel has more than one.
+        for turn in range(int(rank.max()) + 1 if len(rows) else 0):
+            now = rank == turn
+            self._vote_once(rows[now], objects[now], strength[now])
+
+    def _vote_once(self, rows: Ints, objects: Ints, strength: Floats) -> None:
+        owners, votes = self.owners[rows], self.votes[rows]
+        own = owners == objects[:, None]
+        known = own.any(axis=1)
+        slot = np.where(known, own.argmax(axis=1), votes.argmin(axis=1))
+        held = votes[np.arange(len(rows)), slot]
+        stays = ~known & (held > strength)
+        taken = np.where(known, held + strength, np.where(stays, held - strength, strength))
+        self.votes[rows, slot] = taken
+        self.owners[rows, slot] = np.where(stays, owners[np.arange(len(rows)), slot], objects)
+
+    def rename(self, names: Ints) -> None:
+        """Let object i be names[i] from now on, or nobody where that is -1; claims that meet are added up."""
+        owners, votes = self.owners[: self.count], self.votes[: self.count]
+        touched = np.flatnonzero(((owners >= 0) & (names[owners] != owners)).any(axis=1))
+        part, weight = owners[touched], votes[touched]
+        part = np.where(part >= 0, names[part], -1)
+        for a in range(SLOTS):
+            for b in range(a + 1, SLOTS):
+                same = (part[:, a] == part[:, b]) & (part[:, a] >= 0)
+                weight[same, a] += weight[same, b]
+                part[same, b] = -1
+        weight[part < 0] = 0
+        # Two views of one thing in one frame were one sighting: a claim is never more than what was seen.
+        weight = np.minimum(weight, self.seen[touched][:, None])
+        self.owners[touched], self.votes[touched] = part, weight
+
+    def solid(self, share: float, strength: float) -> NDArray[np.bool_]:
+        """(n, SLOTS) bool: which claims hold: at least so strong, and such a share of what was seen there."""
+        owners, votes = self.owners[: self.count], self.votes[: self.count]
+        floor = np.maximum(self.seen[: self.count] * np.float32(share), np.float32(strength))
+        held: NDArray[np.bool_] = (owners >= 0) & (votes >= floor[:, None])
+        return held
+
+    def mean_points(self, rows: NDArray[np.integer]) -> Floats:
+        """(n, 3) float32 m: the mean of what was measured in each voxel."""
+        mean = self.points[rows] / np.maximum(self.weight[rows], 1e-6)[:, None]
+        found: Floats = (self.cells[rows] * np.float32(self.size) + mean).astype(np.float32)
+        return found
+
+    def mean_colors(self, rows: NDArray[np.integer]) -> NDArray[np.uint8]:
+        """(n, 3) uint8 RGB."""
+        mean = self.colors[rows] / np.maximum(self.weight[rows], 1e-6)[:, None]
+        found: NDArray[np.uint8] = np.clip(np.rint(mean), 0, 255).astype(np.uint8)
+        return found
+
+
+_COLUMNS = ("cells", "points", "colors", "weight", "seen", "owners", "votes", "last")
