@@ -39,7 +39,7 @@ def save(session: Session, rest: str) -> None:
         json.dumps(value)
         kept[parameter] = value
     session.favourites.save(name, Favourite(text=session.statement, parameters=kept))
-    session.screen.note(
+    session.say(
         f"saved as {name}; `:run {name}` asks it" + (f" with {', '.join('$' + k for k in kept)}" if kept else "")
     )
 
@@ -66,7 +66,7 @@ def forget(session: Session, rest: str) -> None:
     """Remove what was saved."""
     (name,) = words(rest, ":forget NAME", least=1, most=1)
     session.favourites.forget(name)
-    session.screen.note(f"{name} is forgotten")
+    session.say(f"{name} is forgotten")
 
 
 def _list(session: Session) -> None:
@@ -131,7 +131,7 @@ def export(session: Session, rest: str) -> None:
     form = more[1] if len(more) > 1 else format_of(Path(path))
     target = Path(path).expanduser()
     session.waiting(lambda: db.export(scene, target, form, as_of=session.use.as_of), lambda: None)
-    session.screen.note(f"wrote {path} ({form})")
+    session.say(f"wrote {path} ({form})")
 
 
 def run_rc(session: Session, path: Path) -> list[tuple[int, CgdbError]]:
@@ -139,6 +139,7 @@ def run_rc(session: Session, path: Path) -> list[tuple[int, CgdbError]]:
     from cgdb.cli import commands
 
     failed = []
+    session.quiet = True
     for number, line in enumerate(file_text(path).splitlines(), start=1):
         text = line.strip()
         if not text or text.startswith(("//", "#")):
@@ -147,4 +148,5 @@ def run_rc(session: Session, path: Path) -> list[tuple[int, CgdbError]]:
             commands.run(session, text, early=True)
         except CgdbError as error:
             failed.append((number, error))
+    session.quiet = False
     return failed

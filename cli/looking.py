@@ -26,7 +26,7 @@ def records(session: Session, rest: str) -> None:
     """One record per page; or one row of it; or switch it on or off for all results."""
     if rest.casefold() in ("on", "off", "auto"):
         session.settings.set("expand", rest)
-        session.screen.note(f"expand is {session.settings.shown('expand')}")
+        session.say(f"expand is {session.settings.shown('expand')}")
         return
     answer = _last(session)
     if not answer.result.rows:
@@ -134,7 +134,7 @@ def plot(session: Session, rest: str) -> None:
     db = session.db
     scene = more[0] if more else _only(session)
     drawn = session.waiting(lambda: draw(db, result, path, scene=scene), lambda: None)
-    session.screen.note(f"wrote {path}: {drawn}")
+    session.say(f"wrote {path}: {drawn}")
 
 
 def _only(session: Session) -> str | None:

@@ -29,9 +29,15 @@ class Opening:
         self._ready = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start(self, opened: Callable[[Database], None], changed: Callable[[], None]) -> None:
-        """Begin. opened is called with the store, changed after each stage, both in the thread that loads."""
-        self._thread = threading.Thread(target=self._run, args=(opened, changed), name="cgdb-opening", daemon=True)
+    def start(
+        self, opened: Callable[[Database], None], indexed: Callable[[], None], changed: Callable[[], None]
+    ) -> None:
+        """Begin. opened is called with the store, indexed when it can be asked, changed after each stage.
+
+        All are called in the thread that loads.
+        """
+        work = (opened, indexed, changed)
+        self._thread = threading.Thread(target=self._run, args=work, name="cgdb-opening", daemon=True)
         self._thread.start()
 
     @property
@@ -60,7 +66,9 @@ class Opening:
         if self._db is not None:
             self._db.close()
 
-    def _run(self, opened: Callable[[Database], None], changed: Callable[[], None]) -> None:
+    def _run(
+        self, opened: Callable[[Database], None], indexed: Callable[[], None], changed: Callable[[], None]
+    ) -> None:
         try:
             # The first letter that is typed needs the tables of the grammar, the first answer what draws it.
             machine()
@@ -75,6 +83,7 @@ class Opening:
                 self.stage = "encoder"
                 self._ready.set()
                 changed()
+                indexed()
                 db.search("thing", k=1)
         except Exception as error:  # noqa: BLE001 -- raised again by whoever asks for the store
             # Of a damaged index or a missing encoder the next query tells in its own words.

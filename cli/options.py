@@ -32,10 +32,10 @@ def set_(session: Session, rest: str) -> None:
         _show(session, name, parameter=parameter)
     elif parameter:
         session.parameters[name] = _value(text)
-        session.screen.note(f"parameter ${name} = {_shown(session.parameters[name])}")
-        near = difflib.get_close_matches(name, list(OPTIONS), n=1) if session.interactive else []
+        session.say(f"parameter ${name} = {_shown(session.parameters[name])}")
+        near = difflib.get_close_matches(name, list(OPTIONS), n=1)
         if near and not rest.startswith("$"):
-            session.screen.note(f"there is an option of nearly that name: `:set {near[0]} ...`", "hint")
+            session.say(f"there is an option of nearly that name: `:set {near[0]} ...`", "hint")
     else:
         session.settings.set(name, text)
         _say(session, name)
@@ -77,8 +77,7 @@ def _list(session: Session) -> None:
 
 
 def _say(session: Session, name: str) -> None:
-    if session.interactive:
-        session.screen.note(f"{name} is {session.settings.shown(name)}")
+    session.say(f"{name} is {session.settings.shown(name)}")
 
 
 def unset(session: Session, rest: str) -> None:
@@ -86,7 +85,7 @@ def unset(session: Session, rest: str) -> None:
     name = rest.removeprefix("$")
     if name in session.parameters:
         del session.parameters[name]
-        session.screen.note(f"${name} is forgotten")
+        session.say(f"${name} is forgotten")
     elif name in OPTIONS:
         session.settings.reset(name)
         _say(session, name)

@@ -10,7 +10,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from prompt_toolkit.auto_suggest import AutoSuggestFromHistory, ConditionalAutoSuggest
-from prompt_toolkit.completion import CompleteEvent, Completer, Completion, ThreadedCompleter
+from prompt_toolkit.buffer import CompletionState
+from prompt_toolkit.completion import (
+    CompleteEvent,
+    Completer,
+    Completion,
+    ThreadedCompleter,
+    get_common_complete_suffix,
+)
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.filters import Condition, completion_is_selected
@@ -37,6 +44,12 @@ if TYPE_CHECKING:
     from cgdb.database import Database
 
 PROMPT = "cgdb> "
+KEYS = (
+    "F4 editor  Ctrl-R search  Alt-Enter new line  Ctrl-C cancel",
+    "F4 editor  Ctrl-R search",
+    ":help",
+)
+"""What the toolbar says of keys, by the room there is."""
 
 
 def converse(session: Session) -> int:
@@ -71,8 +84,10 @@ def converse(session: Session) -> int:
         nonlocal started
         if not started:
             started = True
+            loop = prompt.app.loop
+            assert loop is not None, "the prompt runs"
             # After the prompt is on the screen: what is imported now no longer delays it.
-            prompt.app.loop.call_later(0.02, lambda: session.opening.start(opened, changed))  # type: ignore[union-attr]
+            loop.call_later(0.02, session.opening.start, opened, session.vocabulary.read_ahead, changed)
 
     while True:
         prompt.editing_mode = EditingMode.VI if session.settings["vi"] else EditingMode.EMACS
@@ -124,6 +139,7 @@ def make_prompt(session: Session) -> PromptSession[str]:
     """The prompt with everything on it."""
     screen = session.screen
     suggests = Condition(lambda: bool(session.settings["suggest"]))
+    offering = _Offers(session)
     prompt: PromptSession[str] = PromptSession(
         message=lambda: [("class:prompt", f"{_scope(session)}{PROMPT}")],
         multiline=True,
@@ -134,7 +150,7 @@ def make_prompt(session: Session) -> PromptSession[str]:
         style=DynamicStyle(lambda: _style(screen.theme)),
         include_default_pygments_style=False,
         color_depth=ColorDepth.DEPTH_1_BIT if screen.theme is PLAIN else None,
-        completer=ThreadedCompleter(_Offers(session)),
+        completer=ThreadedCompleter(offering),
         complete_while_typing=suggests,
         complete_style=CompleteStyle.COLUMN,
         reserve_space_for_menu=MENU,
@@ -142,7 +158,7 @@ def make_prompt(session: Session) -> PromptSession[str]:
         auto_suggest=ConditionalAutoSuggest(AutoSuggestFromHistory(), suggests),
         enable_open_in_editor=True,
         tempfile_suffix=".cgql",
-        key_bindings=_keys(),
+        key_bindings=_keys(offering),
         bottom_toolbar=lambda: _toolbar(session, prompt.default_buffer.text),
         mouse_support=False,
     )
@@ -226,7 +242,7 @@ class _Offers(Completer):
             )
 
 
-def _keys() -> KeyBindings:
+def _keys(completer: Completer) -> KeyBindings:
     keys = KeyBindings()
 
     @keys.add("enter", filter=~completion_is_selected)
@@ -255,12 +271,22 @@ def _keys() -> KeyBindings:
 
     @keys.add("tab")
     def _(event: KeyPressEvent) -> None:
-        """Offer choices; take a single one at once; go to the next."""
+        """Offer choices; take a single one, or what all begin with, at once; go to the next."""
         buffer = event.current_buffer
         if buffer.complete_state:
             buffer.complete_next()
-        else:
-            buffer.start_completion(insert_common_part=True)
+            return
+        # Worked out here and now: a completion that still runs for the letters before would drop this one.
+        found = list(completer.get_completions(buffer.document, CompleteEvent(completion_requested=True)))
+        if len(found) == 1:
+            buffer.apply_completion(found[0])
+            return
+        if common := get_common_complete_suffix(buffer.document, found):
+            buffer.insert_text(common)
+            found = list(completer.get_completions(buffer.document, CompleteEvent(completion_requested=True)))
+        if found:
+            buffer.complete_state = CompletionState(buffer.document, found)
+            buffer.on_completions_changed.fire()
 
     return keys
 
@@ -313,11 +339,11 @@ def _toolbar(session: Session, text: str) -> Any:
     if session.parameters:
         parts.append(", ".join(f"${name}" for name in list(session.parameters)[:4]))
     line = " · ".join(parts)
-    keys = "F4 editor  Ctrl-R search  Alt-Enter new line  Ctrl-C cancel"
     room = session.screen.width - len(line) - len(state) - 6
-    gap = " " * max(2, room - len(keys) + 2)
+    keys = next((keys for keys in KEYS if len(keys) <= room), "")
+    gap = " " * (room - len(keys) + 2)
     return [
         ("class:bottom-toolbar", f" {line} "),
         ("class:bottom-toolbar.state", f" {state} " if state else ""),
-        ("class:bottom-toolbar", gap + keys if room >= len(keys) else ""),
+        ("class:bottom-toolbar", gap + keys),
     ]

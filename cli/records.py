@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cgdb.catalog import merge
 from cgdb.cli import render, tables
 from cgdb.cli.commands import words
-from cgdb.cli.session import Use
+from cgdb.cli.session import Use, quoted
 from cgdb.cli.tables import grid
 from cgdb.cli.vocabulary import written_id
 from cgdb.errors import UsageError, did_you_mean, one_of
@@ -162,19 +162,19 @@ def near(session: Session, rest: str) -> None:
         raise UsageError(f"'{more[0][:20]}' is no distance in metres")
     view, node = _located(session, word)
     as_of = f"AS OF {view.info.revision} " if session.use.as_of is not None else ""
-    from cgdb.cli.session import quoted
-
     reference = f"#{written_id(node.id)}"
-    answer = session.db.query(
+    db = session.db
+    text = (
         f"USE {quoted(view.info.name)} {as_of}MATCH (o) WHERE distance(o, {reference}) <= {metres:g} m "
         f"RETURN o, distance(o, {reference}) AS metres, o.caption ORDER BY metres, id(o) LIMIT 200"
     )
+    answer = session.waiting(lambda: db.query(text), db.cancel)
     screen = session.screen
     rows = [row.values for row in answer.rows if row.values[0].id != node.id]  # type: ignore[union-attr]
     made = grid(("object", "metres", "caption"), rows)
     width = screen.width if screen.terminal else None
     screen.page(tables.table(made, screen, width=width, bars=False, numbered=False) or [] if rows else [])
-    screen.note(f"{len(rows)} within {metres:g} m of {node}" if rows else f"nothing within {metres:g} m of {node}")
+    session.say(f"{len(rows)} within {metres:g} m of {node}" if rows else f"nothing within {metres:g} m of {node}")
 
 
 def schema(session: Session, rest: str) -> None:
@@ -261,9 +261,8 @@ def use(session: Session, rest: str) -> None:
             )
     session.use = Use(scenes=tuple(dict.fromkeys(wanted)), as_of=as_of)
     session.vocabulary.fill(db, session.use.scenes, as_of)
-    if session.interactive:
-        when = "" if as_of is None else f" as of {as_of}"
-        session.screen.note(f"statements ask {', '.join(session.use.scenes) or 'all scenes'}{when}")
+    when = "" if as_of is None else f" as of {as_of}"
+    session.say(f"statements ask {', '.join(session.use.scenes) or 'all scenes'}{when}")
 
 
 def cypher(session: Session, rest: str) -> None:
@@ -286,7 +285,7 @@ def cypher(session: Session, rest: str) -> None:
     if lines is None:
         lines = [line for n in range(len(rows)) for line in tables.record(made, n, screen, width=width, bars=False)]
     screen.page(lines)
-    screen.note(f"{len(rows):,} row{'' if len(rows) == 1 else 's'}")
+    session.say(f"{len(rows):,} row{'' if len(rows) == 1 else 's'}")
 
 
 def _told(value: Any) -> Any:

@@ -51,6 +51,7 @@ class Session:
     def __init__(self, opening: Opening, *, interactive: bool = False, terminal: bool | None = None) -> None:
         self.opening = opening
         self.interactive = interactive
+        self.quiet = False
         self.settings = Settings()
         self.screen = Screen(self.settings, terminal=terminal)
         self.parameters: dict[str, Any] = {}
@@ -72,6 +73,11 @@ class Session:
         if not self.vocabulary.filled:
             self.vocabulary.fill(db, self.use.scenes, self.use.as_of)
         return db
+
+    def say(self, text: str, part: str = "faint") -> None:
+        """What a command did, to a person; a script knows what it asked for."""
+        if self.interactive and not self.quiet:
+            self.screen.note(text, part)
 
     def ask(self, text: str, parameters: Mapping[str, Any] | None = None, *, mode: str = "") -> Answer:
         """The answer to a statement in the scenes in use. mode: EXPLAIN or PROFILE, where the text does not say so.

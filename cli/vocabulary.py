@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 MOST_SCENES = 16
-"""Scenes whose values are offered; names of all scenes are."""
+"""Scenes whose labels, properties and values are read for it; by name all scenes are known."""
 MOST_ROWS = 50_000
 """Objects of a scene whose values are read."""
 MOST_VALUES = 2_000
@@ -34,6 +34,10 @@ class Vocabulary:
         self._scenes: dict[str, str] = {}
         self._kept: dict[str, Any] = {}
         self._parameters = parameters
+
+    def read_ahead(self) -> None:
+        """Read what is wanted at the first letters, before they are typed."""
+        _ = self.phrases(), self.words(), self.ids(), self._catalog()
 
     @property
     def filled(self) -> bool:
