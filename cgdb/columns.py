@@ -1,7 +1,8 @@
-"""The nodes of a scene as arrays: keys, labels and boxes, its relations, and the catalog of its names; one file."""
+"""The nodes of a scene as arrays: keys, ids, labels, boxes; its relations; the catalog of its names; one file."""
 
 from __future__ import annotations
 
+import json
 import zipfile
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from cgdb.catalog import Catalog, merged_type, property_type
 from cgdb.errors import CorruptionError
 from cgdb.geometry import Boxes, parse_up
 from cgdb.neighbours import Collector
+from cgdb.scene import ObjectId
 
 if TYPE_CHECKING:
     from cgdb.ledger import NodeRow, RelationRow
@@ -50,6 +52,7 @@ class Columns:
 def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[RelationRow]]) -> dict[str, Any]:
     """Write the columns of a scene to path; returns the meta of the file, which holds the catalog."""
     keys: list[int] = []
+    ids: list[ObjectId] = []
     codes: list[int] = []
     label_codes: dict[str, int] = {"Object": 0}
     counts: dict[str, int] = {}
@@ -60,6 +63,7 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
         block[:, 6:] = np.eye(3).ravel()
         for row, node in enumerate(batch):
             keys.append(node.key)
+            ids.append(node.id)
             codes.append(label_codes.setdefault(node.label, len(label_codes)))
             counts[node.label] = counts.get(node.label, 0) + 1
             if node.center is not None:
@@ -89,6 +93,7 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
             keys=key_column,
             label_codes=np.asarray(codes, np.int16),
             boxes=np.concatenate(boxes) if boxes else np.empty((0, 15)),
+            ids=np.frombuffer(json.dumps(ids).encode(), np.uint8),
             allow_pickle=False,
             **neighbours.arrays(key_column),
         )
@@ -100,6 +105,16 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
         properties={name: kind or "text" for name, kind in kinds.items()},
     )
     return {"catalog": catalog.to_json(), "labels": names}
+
+
+def read_ids(path: Path) -> list[ObjectId]:
+    """The ids of all nodes, from the file that build() wrote. CorruptionError where it is not what it should be."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            ids: list[ObjectId] = json.loads(arrays["ids"].tobytes())
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise CorruptionError(f"the index file {path.name} cannot be read: {error}") from error
+    return ids
 
 
 def read(path: Path, meta: Any, up: str) -> Columns:

@@ -30,7 +30,7 @@ CATCH_UP_FROM, CATCH_UP_SHARE, CATCH_UPS = 20_000, 0.1, 3
 """The graph index of a scene of so many nodes follows a change of up to that share of them, so many times in a row:
 elsewhere building it anew is as quick, and it leaves no dead space in the file."""
 
-COLUMNS = "columns-2"
+COLUMNS = "columns-3"
 """What the files of ``columns`` are called; another number for another content."""
 _GRAPH_COLUMNS = {
     "label": "label",
@@ -58,7 +58,6 @@ class SceneView:
         self.degrees = degrees_of(self)
         self._columns: dict[str, NDArray[Any]] = {}
         self._vectors: dict[str, VectorIndex] = {}
-        self._keys_of_ids: dict[ObjectId, int | None] = {}
         self._lock = threading.RLock()
 
     def close(self) -> None:
@@ -181,11 +180,11 @@ class SceneView:
 
     def find(self, node_id: ObjectId) -> int | None:
         """The position of the object or place with this id, or None."""
-        if node_id not in self._keys_of_ids:
-            node = self._ledger.node_by_id(self.info, canonical_id(node_id))
-            self._keys_of_ids[node_id] = None if node is None else node.key
-        key = self._keys_of_ids[node_id]
-        return None if key is None else int(np.searchsorted(self.columns.keys, key))
+        return self._places.get(canonical_id(node_id))
+
+    @cached_property
+    def _places(self) -> dict[ObjectId, int]:
+        return {node_id: position for position, node_id in enumerate(self.column("id").tolist())}
 
     def position(self, node_id: ObjectId) -> int:
         """The position of the object or place with this id; BindError where there is none."""
@@ -202,6 +201,8 @@ class SceneView:
 
     def _column(self, name: str) -> NDArray[Any]:
         boxes = self.columns.boxes
+        if name == "id":
+            return _objects(columns.read_ids(self._columns_file.path))
         if name in ("x", "y", "z"):
             return boxes.centers[:, "xyz".index(name)]
         if name == "scene":
@@ -227,8 +228,6 @@ class SceneView:
                 return np.asarray([np.nan if v is None else float(v) for v in ordered])
             return _objects(ordered)
         rows = (row for batch in self._ledger.nodes(self.info) for row in batch)
-        if name == "id":
-            return _objects([row.id for row in rows])
         if name == "tags":
             return _objects([list(row.tags) for row in rows])
         return _objects([_listed(row.properties.get(name)) for row in rows])
