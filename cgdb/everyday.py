@@ -16,28 +16,29 @@ from __future__ import annotations
 TABLE = """
 furniture, piece of furniture | | large heavy rigid |
 seat, seating, place to sit | furniture | medium middling | sit on, rest your legs
-chair, dining chair, kitchen chair, side chair, folding chair, wooden chair, high chair, desk chair, swivel chair,
-    rolling chair | seat | medium middling rigid | sit upright at a table or desk
-office chair, task chair, ergonomic chair, gaming chair, computer chair, conference chair, meeting chair | chair |
-    medium middling firm | sit at a desk while working on a computer, sit upright during a meeting
+chair, wooden chair, folding chair, side chair | seat | medium middling rigid | sit upright at a table or desk
+office chair, desk chair, swivel chair, rolling chair, task chair, ergonomic chair, gaming chair, computer chair,
+    conference chair, meeting chair | chair | medium middling firm | sit at a desk while working on a computer, sit
+    upright during a meeting
 armchair, easy chair, accent chair, lounge chair, club chair, recliner, wing chair, upholstered chair, cushioned
     chair, rocking chair | chair | large heavy soft fabric | relax in, read a book in comfortably
 sofa, couch, loveseat, love seat, settee, sectional, futon, daybed, chaise longue, chaise, divan | seat | large heavy
-    soft fabric | lie down on, relax on in comfort, sit on with several people, take a nap on
+    soft fabric | lie down on, relax on in comfort, sit on with several people, take a nap on, watch a film on in the
+    evening, stretch out on
 bench, pew, park bench | seat | large heavy rigid wood | sit on side by side
-stool, bar stool, step stool, footstool | seat | medium light rigid wood | sit on for a short time, rest your feet on
+stool, bar stool, step stool, footstool | seat | medium light rigid wood | sit on for a short time, rest your feet on,
+    step on to reach a shelf
 ottoman, footstool, pouf, pouffe, hassock, footrest | seat | medium middling soft fabric | put your feet up on
 bean bag, beanbag, bean bag chair | seat | medium light soft fabric | lounge on
 bed, double bed, single bed, bunk bed, king bed, hospital bed, cot | furniture | huge heavy soft | sleep in at night,
-    lie down on
+    lie down on, rest when you are tired or ill
 crib, cradle, baby bed | furniture | large middling | put a baby to sleep in
 headboard, bed frame, footboard | furniture part | large heavy rigid wood | lean against in bed
 furniture part | | rigid |
-table, dining table, kitchen table, round table, wooden table, dinner table, conference table, meeting table, folding
-    table, picnic table, glass table | furniture | large heavy rigid wood | eat dinner at, put food and dishes on, put
-    things on, work or meet around
+table, round table | furniture | large heavy rigid wood | eat dinner at, put food and dishes on, put things on, work
+    or meet around
 desk, writing desk, office desk, computer desk, work desk, workstation, standing desk | table | large heavy rigid wood
-    | work at, write or study at, put a computer on
+    | work at, write or study at, put a computer on, do your homework at, write letters at
 coffee table, cocktail table, tea table | table | medium heavy rigid wood | put drinks and magazines on
 side table, end table, nightstand, night stand, bedside table, small table, accent table | table | medium middling
     rigid wood | put a lamp or a drink on, keep things within reach of the bed or sofa
@@ -46,19 +47,19 @@ workbench, work table, lab bench | table | large heavy rigid wood metal | build 
 counter, countertop, kitchen counter, kitchen island, worktop, bar counter | table | large heavy rigid stone fixed |
     prepare food on
 storage furniture | furniture | large heavy rigid wood | store things in, keep things tidy
-cabinet, cupboard, wooden cabinet, kitchen cabinet, china cabinet, display cabinet, wall cabinet, cabinetry, hutch,
-    credenza, storage cabinet | storage furniture | large heavy rigid wood | store dishes cups and glasses in, keep
-    things behind doors
+cabinet, cupboard, cabinetry, storage cabinet; kitchen cabinet, kitchen cupboard; china cabinet, display cabinet,
+    hutch; wall cabinet, wall cupboard; credenza | storage furniture | large heavy rigid wood | store dishes cups and
+    glasses in, keep things behind doors, put food supplies in
 sideboard, buffet | cabinet | large heavy rigid wood | store dishes in, serve food from
 filing cabinet, file cabinet | cabinet | large heavy rigid metal | file documents in, lock papers away
-wardrobe, closet, armoire | storage furniture | huge heavy rigid wood | hang clothes in
+wardrobe, closet, armoire | storage furniture | huge heavy rigid wood | hang clothes in, put away clean clothes in
 dresser, chest of drawers, bureau, dresser drawer, chest drawer, commode | storage furniture | large heavy rigid wood
-    | keep folded clothes in
+    | keep folded clothes in, put away socks and underwear in
 drawer, drawers, desk drawer, kitchen drawer | storage furniture part | medium middling rigid wood | keep small things
     in
 storage furniture part | furniture part | rigid |
 shelf, shelves, wall shelf, shelving, wooden shelf, floating shelf, shelving unit | storage furniture | large heavy
-    rigid wood | put things on display, put books on
+    rigid wood | put things on display, put books on, display souvenirs on
 bookshelf, bookcase, book shelf | shelf | large heavy rigid wood | keep books on
 chest, trunk, storage chest, treasure chest | storage furniture | large heavy rigid wood | keep blankets or valuables
     in
@@ -77,8 +78,8 @@ ceiling, drop ceiling, ceiling tile, roof, ceiling panel | structure | huge heav
 column, pillar, beam, post, pole | structure | large heavy rigid fixed | hold up a ceiling
 staircase, stairs, stairway, steps | structure | huge heavy rigid fixed | climb to another floor
 railing, handrail, banister | structure | large heavy rigid fixed metal | hold on to while climbing stairs
-door, wooden door, front door, doorway, sliding door, glass door, double door, gate | structure | large heavy rigid
-    wood fixed | enter or leave a room, unlock with a key, open and close
+door, doorway, wooden door, glass door; sliding door; double door; gate | structure | large heavy rigid wood fixed |
+    enter or leave a room, unlock with a key, open and close
 door handle, doorknob, door knob, handle, knob, door lock | small fixture | small light rigid metal | open a door with
 lock, padlock, deadbolt; bike lock | small fixture | small light rigid metal | lock something, keep thieves out,
     unlock with a key
@@ -86,7 +87,7 @@ key, keys, house key, car key | small object | tiny light rigid metal | unlock a
 small fixture | | small light rigid fixed |
 small object, gadget, trinket | | small light |
 window, window pane, glass window, skylight, window frame, bay window | structure | large heavy rigid glass
-    transparent fixed | see outside through, let in daylight and fresh air
+    transparent fixed | see outside through, let in daylight and fresh air, look at the weather through
 window sill, windowsill, ledge | structure | large heavy rigid fixed | put plants on by the window
 glass, pane, glass panel, sheet of glass | | rigid glass transparent fragile | see through
 blinds, blind, window blinds, venetian blinds, venetian blind, roller blind, window shade, windowshade, shade, shades,
@@ -95,105 +96,114 @@ blinds, blind, window blinds, venetian blinds, venetian blind, roller blind, win
 curtain, curtains, drapes, drapery | window covering | large light soft fabric | darken the room, keep neighbours from
     looking in
 window covering | | large light | block light from a window
-fireplace, hearth | structure | huge heavy rigid stone fixed | burn wood in, warm the room
+fireplace, hearth | structure | huge heavy rigid stone fixed | burn wood in, warm the room, keep warm by on a cold
+    evening
 vent, air vent, ventilation grille, ceiling vent, duct, air duct, grille | small fixture | medium middling rigid metal
     fixed | let air flow into the room
 outlet, electrical outlet, power outlet, wall socket, socket, plug socket, wall plug, floor outlet, receptacle | small
-    fixture | small light rigid plastic fixed electric | plug in and power devices, charge a phone
+    fixture | small light rigid plastic fixed electric | plug in and power devices, charge a phone, plug a laptop or a
+    lamp into
 light switch, switch, wall switch, dimmer, power switch, switchboard, control panel | small fixture | small light
-    rigid plastic fixed electric | turn the lights on or off
-thermostat, temperature control | small fixture | small light rigid plastic fixed electric | set the room temperature
+    rigid plastic fixed electric | turn the lights on or off, switch a lamp on and off
+thermostat, temperature control | small fixture | small light rigid plastic fixed electric | set the room temperature,
+    make a room warmer or cooler
 alarm; smoke detector, smoke alarm, fire alarm; sprinkler; carbon monoxide detector | small fixture | small light
     rigid plastic electric | warn of a fire
-fire extinguisher | safety equipment | medium middling rigid metal | put out a fire
+fire extinguisher | safety equipment | medium middling rigid metal | put out a fire, fight flames with
 safety equipment | | rigid | stay safe in an emergency
 lift; elevator; escalator | structure | huge heavy rigid metal | go up to another floor
 light source, light, lighting | | electric | light up the room, see in the dark
-lamp, table lamp, desk lamp, bedside lamp, reading lamp | light source | medium light rigid electric | read by in the
-    evening
-floor lamp, standing lamp | lamp | large middling rigid electric | light up a corner of the room
-light, ceiling light, light fixture, ceiling lamp, chandelier, pendant light, pendant lamp, fluorescent light, track
-    light, spotlight, led light, downlight, sconce, wall lamp, hanging lamp | light source | medium middling rigid
-    glass fixed electric | brighten the whole room
+lamp | light source | medium light rigid electric | read by in the evening, light a dark corner
+floor lamp, standing lamp | lamp | large middling rigid electric | light up a corner of the room, read by in an
+    armchair
+light, light fixture; chandelier; fluorescent light; track light, spotlight; led light; downlight | light source |
+    medium middling rigid glass fixed electric | brighten the whole room
 lampshade, lamp shade | lamp | small light firm fabric | soften the light of a lamp
 lamp part | light source | small light |
 light bulb, bulb, lightbulb | light source | small light rigid glass fragile electric | replace a burnt-out light
 candle, tealight, tea light, candlestick, hurricane candle, scented candle | light source | small light rigid wax |
     create a cosy atmosphere, burn for light in a power cut, make the room smell nice
 lantern, candle lantern, oil lamp | light source | small light rigid glass metal | carry a light outside
-flashlight, torch, headlamp | light source, tool | small light rigid | find your way in the dark
+flashlight, torch, headlamp | light source, tool | small light rigid | find your way in the dark, look under the bed
+    with, see in a power cut with
 flame, fire, campfire | light source | | keep warm by
 textile, cloth, fabric, piece of cloth, rag | | light soft fabric | sew clothes or curtains from, wrap around
 rug, carpet, mat, area rug, floor mat, doormat, bath mat, bathmat, carpeting, runner | textile | large middling soft
-    fabric | walk on barefoot, cover the floor, wipe your feet on
-pillow, throw pillow, bed pillow | bedding, cushion | medium light soft fabric | rest your head on, sleep on
+    fabric | walk on barefoot, cover the floor, wipe your feet on, warm a cold floor, sit on with a baby
+pillow; bed pillow; throw pillow | bedding, cushion | medium light soft fabric | rest your head on, sleep on
 cushion, throw pillow, seat cushion, back cushion, couch cushion, sofa cushion, floor cushion | textile | medium light
     soft fabric | put behind your back, pad a hard chair with
 bedding, bed linen | textile | light soft fabric | sleep under or on
 cover; blanket, throw, throw blanket, afghan; quilt; duvet, comforter, bedspread | bedding | medium light soft fabric
-    | keep warm under, wrap yourself in, cover up with
+    | keep warm under, wrap yourself in, cover up with, stay cosy on a cold night
 bed sheet, sheet, fitted sheet, linen; pillowcase | bedding | medium light soft fabric | cover a mattress with
-mattress, air mattress | bedding | large heavy soft foam | sleep on
+mattress, air mattress | bedding | large heavy soft foam | sleep on, lie on
 towel, bath towel, hand towel, beach towel, washcloth, dish towel, tea towel, dishcloth | textile | small light soft
-    fabric | dry yourself after a shower, dry your hands, wipe up a spill
+    fabric | dry yourself after a shower, dry your hands, wipe up a spill, dry your face with, wrap around yourself
+    after a swim
 tablecloth, table cloth, table runner, placemat | textile | medium light soft fabric | protect the table
 wall textile; tapestry, wall hanging; flag; banner; bunting | textile, decoration | large light soft fabric | decorate
     a wall with
 bathroom fixture | | large heavy rigid ceramic fixed |
 toilet, toilet bowl, toilet seat, urinal, lavatory | bathroom fixture | large heavy rigid ceramic | go to the bathroom
 sink, washbasin, kitchen sink, bathroom sink, basin, wash basin | bathroom fixture | medium heavy rigid ceramic | wash
-    your hands in, wash the dishes in, get water from
+    your hands in, wash the dishes in, get water from, rinse vegetables in, wash your face in, fill a glass with water
+    from
 faucet, tap, water tap, shower head | small fixture | small middling rigid metal | get running water from
-bathtub, bath, tub, hot tub | bathroom fixture | huge heavy rigid ceramic | take a bath in
-shower, shower cabin, shower stall | bathroom fixture | large heavy rigid glass | take a shower, wash yourself
+bathtub, bath, tub, hot tub | bathroom fixture | huge heavy rigid ceramic | take a bath in, soak in
+shower, shower cabin, shower stall | bathroom fixture | large heavy rigid glass | take a shower, wash yourself, wash
+    your hair in
 shower curtain | window covering | large light soft plastic waterproof | keep water in the shower
 mirror, wall mirror, vanity mirror, bathroom mirror | decoration | medium middling rigid glass fragile | look at
-    yourself in, check your appearance, do your make-up in
-toiletry, hygiene product, cosmetics, makeup, make-up | | small light | look after your body
+    yourself in, check your appearance, do your make-up in, shave or put on lipstick in front of
+toiletry, toiletries, hygiene product | | small light | look after your body
 soap, bar of soap, hand soap, body wash, shower gel | toiletry, cleaning product | small light firm | wash your hands
-    with, get clean
+    with, get clean, wash your face with
 soap dispenser, hand sanitizer, sanitizer, hand sanitizer dispenser | toiletry | small light rigid plastic | clean
     your hands and kill germs with
 shampoo, conditioner, shampoo bottle | toiletry | small light liquid | wash your hair with
-toothbrush, electric toothbrush | toiletry | small light rigid plastic | brush your teeth with
+toothbrush, electric toothbrush | toiletry | small light rigid plastic | brush your teeth with, clean your teeth with
 mouth care; toothpaste; mouthwash; dental floss | toiletry | small light | clean your teeth with
-skin product; lotion, cream, moisturizer, hand cream; sunscreen, sun cream; perfume; deodorant | toiletry | small
-    light | look after your skin, protect your skin
-razor, shaver, electric shaver | toiletry | small light sharp | shave with
+skin product; lotion, cream, moisturizer, hand cream, face cream; sunscreen, sun cream; perfume, cologne; deodorant;
+    hair gel, hair spray, hair product; makeup, make-up, lipstick, mascara; nail polish | cosmetics | small light |
+    look after your skin, look and smell good
+razor, shaver, electric shaver | toiletry | small light sharp | shave with, shave your beard with
 hairbrush, comb, hair brush | toiletry | small light rigid plastic | brush your hair with
 hair dryer, hairdryer, blow dryer | toiletry, appliance | small light rigid plastic electric noisy | dry your hair
     with
 hair accessory; hair tie; hairpin; hair clip, barrette | toiletry | tiny light | tie back your hair
 toilet paper, toilet roll | paper product | small light soft paper | use in the bathroom
 tissue, tissue box, tissues, kleenex, box of tissues, box of kleenex, napkin, napkins | paper product | small light
-    soft paper | blow your nose with, wipe your mouth with
+    soft paper | blow your nose with, wipe your mouth with, clean up a small spill with
 paper towel, paper towels, kitchen roll, paper towel roll | paper product | small light soft paper | wipe up a spill,
     dry your hands
 paper towel dispenser, towel dispenser, hand dryer | small fixture | medium middling rigid plastic | dry your hands
     after washing
 paper product | | light paper |
 scale, bathroom scale, kitchen scale, weighing scale | measuring instrument | medium middling rigid | weigh yourself
-    or things on
+    or things on, check your weight on
 cleaning product, cleaning supply, cleaning supplies, detergent, cleaner, bleach, disinfectant, laundry detergent,
     cleaning spray | | small light liquid | clean things with, remove stains
 sweeping tool; broom, whisk broom; brush, scrub brush; dustpan | cleaning tool | medium light rigid | sweep the floor
-    with
+    with, sweep up crumbs and dust
 mop, mop bucket | cleaning tool | medium light | mop the floor with
-sponge, scrubber, scouring pad | cleaning tool | small light soft foam | wash the dishes with, scrub with
+sponge, scrubber, scouring pad | cleaning tool | small light soft foam | wash the dishes with, scrub with, wipe the
+    table with, clean a spill with
 vacuum cleaner, vacuum, hoover, robot vacuum, roomba | cleaning tool, appliance | medium middling rigid plastic
-    electric noisy | clean the carpet with, suck up dust
+    electric noisy | clean the carpet with, suck up dust, get crumbs off the floor
 cleaning tool | tool | | clean up a mess with
-bucket, pail | container | medium light rigid plastic | carry water in
+bucket, pail | container | medium light rigid plastic | carry water in, mop with, collect a leak in
 container, receptacle, vessel | | | keep things in, put things in
 trash can, trashcan, garbage can, waste bin, wastebasket, waste basket, waste paper basket, wastepaper basket, rubbish
     bin, dustbin, trash bin, bin, garbage bin, litter bin, dumpster, wastepaper bin | container | medium light rigid
-    plastic | throw away rubbish and waste paper, put garbage in
+    plastic | throw away rubbish and waste paper, put garbage in, throw away a wrapper or food scraps in, get rid of a
+    used tissue in
 recycling bin, recycle bin, recycling container | trash can | medium light rigid plastic | recycle bottles and paper
-    in
+    in, get rid of empty bottles in
 trash bag, garbage bag, plastic bag, paper bag, shopping bag, grocery bag | bag | small light soft plastic | carry
     shopping in, put rubbish in
-box, cardboard box, carton, storage box, package, parcel, crate, bin box, plastic box, storage bin, tote, gift box |
-    container | medium light rigid cardboard | pack and store things in, move house with, ship things in
+box, storage box, crate; cardboard box, carton; package, parcel; plastic box, storage bin, tote; gift box | container
+    | medium light rigid cardboard | pack and store things in, move house with, ship things in
 wooden box, jewelry box, chest box | box | small light rigid wood | keep jewelry and small treasures in
 basket, wicker basket, picnic basket, shopping basket | container | medium light firm | carry things in, store odds
     and ends in
@@ -201,99 +211,104 @@ laundry basket, laundry hamper, hamper, laundry bag, clothes hamper | container 
     clothes in, carry the washing in, store clothes in
 barrel, keg, drum barrel, cask | container | large heavy rigid wood | store liquid in
 tank, gas cylinder, water tank | container | large heavy rigid metal | store water or gas in
-bag, pouch, sack, drawstring bag, duffel bag, gym bag, sports bag, tote bag, messenger bag, leather bag | container |
+bag, sack; pouch, drawstring bag; duffel bag, gym bag, sports bag; tote bag; messenger bag; leather bag | container |
     medium light soft fabric | carry your belongings in, carry books or shopping in
 backpack, rucksack, knapsack, school bag | bag | medium light soft fabric | carry on your back, carry books and a
-    laptop to school
+    laptop to school, take on a hike
 handbag, purse, shoulder bag, clutch | bag | small light soft leather | carry your wallet and phone in
 suitcase, luggage, trolley case, briefcase, travel bag | container | medium middling rigid | pack clothes in for a
-    trip, travel with
-wallet, billfold, coin purse | small object | tiny light soft leather | keep money and cards in
+    trip, travel with, pack for a holiday
+wallet, billfold, coin purse | small object | tiny light leather | keep money and cards in
 pencil case, pencil pouch, pen case | container | small light soft fabric | keep pens in
 pen holder, pencil holder, pencil cup | container | small light rigid | keep pens in
-umbrella, parasol | accessory | medium light waterproof | stay dry in the rain
+umbrella, parasol | accessory | medium light waterproof | stay dry in the rain, keep off the sun
 kitchenware | | small rigid |
 dish, dishes, dishware, crockery, tableware | kitchenware | small light rigid ceramic fragile | eat from, serve food
     on
 plate, dinner plate, glass plate, saucer; platter; tray, serving tray | dish | small light rigid ceramic fragile |
-    serve food on
+    serve food on, eat from at dinner
 bowl, salad bowl, mixing bowl, soup bowl, fruit bowl | dish, container | small light rigid ceramic fragile | eat soup
-    or cereal from, mix ingredients in
+    or cereal from, mix ingredients in, serve a salad in
 cup, teacup, coffee cup, tea cup, paper cup, plastic cup | dish, drinking vessel | small light rigid ceramic | drink
     tea or coffee from
-mug, coffee mug, travel mug, tumbler | cup | small light rigid ceramic | drink something hot from
+mug, coffee mug; travel mug; tumbler | cup | small light rigid ceramic | drink something hot from
 drinking vessel | container | small light rigid | drink from
 drinking glass, wine glass, glass cup, beer glass, champagne glass, goblet, water glass | drinking vessel | small
-    light rigid glass transparent fragile | drink water or wine from
-water bottle, sports bottle, canteen; thermos, flask | drinking vessel | small light rigid plastic | take water along,
-    stay hydrated
-bottle, glass bottle, plastic bottle, wine bottle, spray bottle | container | small light rigid | keep liquid in
-jar, glass jar, mason jar, canister, tin | container | small light rigid glass | store food in
+    light rigid glass transparent fragile | drink water or wine from, serve drinks to guests in
+water bottle, sports bottle; canteen; thermos, flask | drinking vessel | small light rigid plastic | take water along,
+    stay hydrated, drink from on the way
+bottle, glass bottle; plastic bottle; wine bottle; spray bottle | container | small light rigid | keep liquid in
+jar, glass jar, mason jar, canister, tin | container | small light rigid glass | store food in, keep cookies in
 jug, pitcher, carafe, decanter, urn | container | small light rigid ceramic | pour water from
-teapot, kettle, tea kettle, electric kettle | kitchenware, appliance | small light rigid metal | boil water and make
-    tea with
+teapot; kettle, tea kettle, electric kettle, water boiler | kitchenware, appliance | small light rigid metal | boil
+    water with, heat water for tea, make tea with
 can, tin can, aluminum can | container | small light rigid metal | keep drinks or food in
 cutlery, silverware, utensil, utensils, kitchen utensil | kitchenware | small light rigid metal | eat with
 eating utensil; fork; spoon, teaspoon; chopsticks; ladle; spatula; whisk; tongs | cutlery | small light rigid metal |
-    eat or stir food with
-knife, kitchen knife, chef knife, steak knife | cutlery, tool | small light rigid metal sharp | cut food with, slice
-    bread with
-cutting board, chopping board | kitchenware | small light rigid wood | cut vegetables on
+    eat or stir food with, stir a pot with, eat soup with
+knife; kitchen knife, chef knife; bread knife; steak knife; table knife, butter knife | cutlery, tool | small light
+    rigid metal sharp | cut food with, slice bread with, chop vegetables with
+cutting board, chopping board | kitchenware | small light rigid wood | cut vegetables on, chop onions on
 cookware | kitchenware | small middling rigid metal | cook with
 pan, frying pan, skillet; wok; saucepan; pot, cooking pot, stockpot; baking tray; casserole | cookware | small
-    middling rigid metal | fry eggs in, cook soup in
-opener; bottle opener; can opener; corkscrew | kitchenware, tool | small light rigid metal | open a bottle or can with
+    middling rigid metal | fry eggs in, cook soup in, fry bacon in, boil an egg in
+opener; bottle opener; can opener; corkscrew | kitchenware, tool | small light rigid metal | open a bottle or can
+    with, open a bottle of beer or wine with
 food storage container, lunch box, lunchbox, tupperware, food container | container | small light rigid plastic | keep
-    leftovers in, take lunch along
+    leftovers in, take lunch along, keep food fresh in
 appliance, kitchen appliance, household appliance | device | rigid electric |
 device, electronic device, machine, electronics | | rigid electric |
 refrigerator, freezer, mini fridge, icebox, cooler, ice box | appliance | large heavy rigid metal cold | keep food and
-    drinks cold
+    drinks cold, keep milk and leftovers fresh, chill a bottle, store groceries that spoil
 cooking appliance; oven; stove, cooker, range, stovetop, cooktop, hob; grill, barbecue, bbq | appliance | large heavy
-    rigid metal hot | bake or cook food with
-microwave, microwave oven | appliance | medium middling rigid metal | heat up food quickly
+    rigid metal hot | bake or cook food with, fry an egg on, boil pasta on, bake bread or a cake in, roast meat in
+microwave, microwave oven | appliance | medium middling rigid metal | heat up food quickly, reheat leftovers, warm up
+    lunch in, make popcorn in
 dishwasher | appliance | large heavy rigid metal | wash dishes in
 laundry machine; washing machine, washer; clothes dryer, dryer, tumble dryer | appliance | large heavy rigid metal
-    noisy | wash or dry clothes in
+    noisy | wash or dry clothes in, get stains out of clothes in
 toaster, toaster oven, sandwich maker | appliance | small light rigid metal | toast bread in
 coffee machine, coffee maker, espresso machine, coffeemaker; coffee grinder | appliance | medium middling rigid | make
-    coffee with
+    coffee with, brew coffee with
 kitchen machine; blender; mixer; food processor; juicer | appliance | small middling rigid noisy | make a smoothie
-    with, mix ingredients with
+    with, mix ingredients with, chop nuts, mix dough with
 countertop cooker; rice cooker; slow cooker; air fryer; pressure cooker | appliance | medium middling rigid | cook
     rice or a meal in
 range hood, extractor hood, kitchen hood, exhaust fan | appliance | large heavy rigid metal | remove cooking smells
 water cooler, water dispenser, water fountain, drinking fountain | appliance | large heavy rigid plastic | get
-    drinking water from
+    drinking water from, fill a bottle or a glass with water at
 vending machine | appliance | huge heavy rigid metal | buy snacks and drinks from
-iron, steam iron | appliance | small middling rigid metal hot | take the wrinkles out of clothes
+iron, steam iron | appliance | small middling rigid metal hot | take the wrinkles out of clothes, press a shirt with
 ironing board | furniture | large middling firm | iron clothes on
-sewing machine | appliance, tool | medium heavy rigid metal | sew clothes with
+sewing machine | appliance, tool | medium heavy rigid metal | sew clothes with, make or mend clothes with
 fan, electric fan, ceiling fan, desk fan, standing fan | appliance | medium light rigid plastic | cool down on a hot
-    day, move the air
+    day, move the air, cool a room on a hot day, dry paint
 computer cooler, cooling fan; computer fan; heat sink, heatsink; cpu cooler | computer part | small light rigid
     plastic metal | keep a processor cool, cool electronics
-air conditioner, air conditioning unit, ac unit, air con | appliance | large heavy rigid | cool the room
-heater, radiator, space heater, electric heater | appliance | medium heavy rigid metal hot | warm the room
+air conditioner, air conditioning unit, ac unit, air con | appliance | large heavy rigid | cool the room, make a hot
+    room cooler
+heater, radiator, space heater, electric heater | appliance | medium heavy rigid metal hot | warm the room, keep warm
+    in winter by
 air treatment appliance; humidifier; dehumidifier; air purifier; diffuser | appliance | medium light rigid plastic |
     clean or moisten the air
-television, tv set, television set, tv screen, flat screen, smart tv, flat screen tv | screen | large heavy rigid
+television, tv, tv set, television set, tv screen, flat screen, smart tv, flat screen tv | screen | large heavy rigid
     electric | watch news and movies on, watch shows and sports on
 screen, display, monitor, computer monitor, display screen, computer screen, lcd screen, led screen, touch screen |
-    device | large middling rigid glass electric | watch videos and news on, show a presentation on
+    device | large middling rigid glass electric | watch videos and news on, show a presentation on, work on two
+    documents side by side
 projector, overhead projector, projector screen, projection screen | device | medium light rigid electric | show
-    slides or movies on a wall
+    slides or movies on a wall, show a film to many people
 computer, desktop computer, pc, computer tower, desktop, server, workstation computer, imac | device | medium heavy
-    rigid electric | browse the web, write programs with
+    rigid electric | browse the web, write programs with, play games on, write a report on
 laptop, notebook computer, macbook, laptop computer, chromebook | computer | small light rigid electric portable |
     work on while travelling, write emails on
 tablet, ipad, tablet computer, e-reader, kindle | device | small light rigid electric portable | read and watch videos
     on, browse the web
 phone, smartphone, mobile phone, cell phone, cellphone, telephone, iphone, landline phone, desk phone, handset |
-    device | small light rigid electric | call someone with, send messages, take pictures, check the time on
+    device | small light rigid electric | call someone with, send messages, take pictures, check the time on, talk to
+    your family far away, look something up, film a video with
 keyboard, computer keyboard | computer part | small light rigid plastic electric | type text with
-computer mouse, mouse, trackpad, mousepad, mouse pad | computer part | small light rigid plastic | move the cursor
-    with
+computer mouse, mouse, trackpad | computer part | small light rigid plastic | move the cursor with
 computer part, computer component, computer hardware, electronic component, electronic part | | small light rigid
     electric | build or upgrade a computer with, learn about the parts of a computer
 circuit board, motherboard, mainboard, printed circuit board; arduino, microcontroller, raspberry pi; breadboard;
@@ -302,90 +317,104 @@ circuit board, motherboard, mainboard, printed circuit board; arduino, microcont
 data storage; hard drive, hard disk, ssd, disk drive; usb stick, usb drive, flash drive; memory card; cd; dvd |
     computer part | small light rigid | save files on
 printer, laser printer; scanner; copier, photocopier | device | medium heavy rigid plastic | print documents with,
-    make copies
+    make copies, scan a document with
 router, modem, wifi router, access point, network switch, wi-fi router | device | small light rigid plastic | connect
-    to the internet
+    to the internet, get wifi from
 voice assistant, smart speaker, alexa, google home, amazon echo | speaker | small light rigid | ask questions and
     control the house by voice, play music
 speaker, loudspeaker, speakers, sound bar, soundbar, subwoofer, bluetooth speaker | device | medium middling rigid
-    noisy | listen to music, play sound
+    noisy | listen to music, play sound, play music for a party
 headphones, earphones, earbuds, headset, ear muffs, earplugs, earphone, headphone | accessory, device | small light |
-    listen to music without disturbing others, block out noise so that you can concentrate
-microphone, mic | device | small light rigid | record your voice, speak to an audience
+    listen to music without disturbing others, block out noise so that you can concentrate, listen to a podcast with
+    on a train
+microphone, mic | device | small light rigid | record your voice, speak to an audience, sing into, record a podcast
+    with
 radio; stereo, stereo system; record player, turntable; boombox; cd player | device | medium middling rigid noisy |
     listen to music and the news
 camera, webcam, security camera, video camera, gopro, depth camera, digital camera | device | small light rigid | take
-    photos or videos with
+    photos or videos with, take a picture of friends with, film a party with
 tripod | tool | medium light rigid metal | hold a camera steady
-remote control, remote, tv remote, controller | device | small light rigid plastic | change the channel with
+remote control, remote, tv remote, controller | device | small light rigid plastic | change the channel with, turn the
+    television on with
 game console, playstation, xbox, nintendo, video game; game controller, gamepad, joystick | device, toy | small light
     rigid plastic | play video games with
 vr headset, virtual reality headset | device | small light rigid plastic | play in virtual reality
 power supply; charger, phone charger; power bank; power adapter, adapter, plug | device | small light rigid plastic
     electric | charge a phone with
-cable, cord, wire, wires, cables, power cord, power cable, usb cable; extension cord; power strip | | small light soft
+cable, cord, wire, wires, cables, power cord, power cable, usb cable; extension cord; power strip | | small light
     electric | connect or power devices with
 battery, batteries, battery pack | | small light rigid electric | power a gadget with
 calculator | office supply | small light rigid plastic | do sums with
 robot, mobile robot; robot arm, robotic arm; drone, quadcopter | device | medium heavy rigid | automate work, fly or
-    drive around by remote control
-clock, wall clock, alarm clock, desk clock, grandfather clock, digital clock | device | small light rigid | see what
-    time it is, know the hour
+    drive around by remote control, help with chores
+clock, wall clock; desk clock; grandfather clock; digital clock | device | small light rigid | see what time it is,
+    know the hour
 watch, wristwatch, smartwatch, wrist watch | accessory | tiny light rigid | see what time it is, wear on your wrist
 timer, kitchen timer; hourglass; stopwatch | device | small light rigid | measure how long something takes
 calendar; planner; diary | stationery | small light paper | know the date, plan appointments
 document | | small light paper | read
-book, books, novel, hardcover book, stack of books; textbook; dictionary; manual; cookbook; comic book | document |
-    small light firm paper | read, learn from, study
+book, books, hardcover book, stack of books; novel; paperback; textbook; dictionary; encyclopedia; manual; cookbook;
+    comic book | document | small light firm paper | read, learn from, study, pass the time on a train or a rainy day
+    with
 math book, science book | book | small light firm paper | study mathematics or science
 periodical; magazine; newspaper; brochure, leaflet, pamphlet, booklet; catalog; comic; journal | document | small
-    light soft paper | read the news, read for fun
+    light soft paper | read the news, read for fun, leaf through
 notebook, notepad, notepads, journal book, writing pad, memo pad; sketchbook, sketch pad; sticky notes, sticky note,
-    post-it | stationery | small light soft paper | write notes in, draw or explain something on
+    post-it | stationery | small light soft paper | write notes in, draw or explain something on, make a shopping list
+    in, keep a diary in
 paper, sheet of paper, printer paper, papers, piece of paper, document page, note, letter, paper sheet, construction
-    paper | stationery | small light soft paper | write or print on, draw or explain something on
+    paper | stationery | small light soft paper | write or print on, draw or explain something on, make a shopping
+    list on, fold a plane from
 mail; envelope; postcard; stamp; greeting card, card | stationery | small light paper | send a letter
 folder, file folder; binder, ring binder; clipboard | stationery | small light firm | keep papers together
 stationery, office supply, office supplies | | small light |
 pen, ballpoint pen, fountain pen; marker, felt tip pen, sharpie, whiteboard marker, dry erase marker; highlighter |
-    stationery | tiny light rigid plastic | write with, draw with, explain something on a board
-pencil, pencils, colored pencil; crayon, crayons; chalk | stationery | tiny light rigid wood | draw with, write with
+    stationery | tiny light rigid plastic | write with, draw with, explain something on a board, sign a contract with,
+    take notes with
+pencil, pencils, colored pencil; crayon, crayons; chalk | stationery | tiny light rigid wood | draw with, write with,
+    sketch a picture with, colour in a drawing
 eraser, whiteboard eraser, rubber eraser | stationery | tiny light soft rubber | rub out mistakes
 length measure; ruler; tape measure, measuring tape; protractor; caliper; set square | measuring instrument,
-    stationery | small light rigid | measure a length with, draw straight lines
+    stationery | small light rigid | measure a length with, draw straight lines, find out how long something is
 measuring instrument | tool | |
 cutting tool; scissors; paper cutter; box cutter, utility knife, craft knife, cutter | stationery, tool | small light
-    rigid metal sharp | cut paper or cloth with, open a package with
+    rigid metal sharp | cut paper or cloth with, open a package with, cut hair with, cut out shapes, trim string
 paper fastener; stapler, staple gun; hole punch; staples; staple remover | stationery, fastener | small light rigid
     metal | fasten papers together
 clip; paper clip, paperclip, binder clip; clothespin, clothes peg; thumbtack, push pin | stationery, fastener | tiny
-    light rigid metal | hold papers or cloth together for a while
+    light rigid metal | hold papers or cloth together for a while, close a bag of chips with
 fastener | | tiny light | fasten or hold things together
 sewing supply; safety pin, pin; brooch; needle and thread, sewing kit, sewing needle; thread; button; velcro; zipper |
-    fastener | tiny light metal | mend clothes, hold torn clothing together for a while
-tape, duct tape, adhesive tape, masking tape, sticky tape, scotch tape, packing tape, electrical tape | fastener,
-    stationery | small light soft | stick things together, seal a box, repair something quickly
+    fastener | tiny light metal | mend clothes, hold torn clothing together for a while, sew on a button, repair a
+    hole in a sleeve or a sock
+tape, adhesive tape, sticky tape; duct tape; masking tape; scotch tape; packing tape; electrical tape | fastener,
+    stationery | small light | stick things together, seal a box, repair something quickly, mend a tear for now, hang
+    a poster on the wall with, wrap a present with
 glue, glue stick, super glue, adhesive; hot glue gun, glue gun | fastener, stationery | small light liquid | stick
-    things together, repair something broken
+    things together, repair something broken, mend a broken cup with
 string, twine; rope; cable tie, zip tie, zip ties; rubber band, elastic band, elastic; bungee cord; shoelace; yarn;
-    ribbon; strap | fastener | small light soft | tie things together, hold a bundle together
+    ribbon; strap | fastener | small light | tie things together, hold a bundle together, hang something up with, tie
+    up a parcel with
 chain, metal chain | fastener | medium heavy metal | lock up a bicycle with
 hardware; screw, screws; nail, nails; bolt, bolts; nut, nuts and bolts, washers | fastener | tiny light rigid metal |
-    join wood or metal, put up a shelf
+    join wood or metal, put up a shelf, hang a picture on the wall with
 writing board; whiteboard, dry erase board; chalkboard, blackboard; flip chart; bulletin board, cork board, notice
     board, pinboard | board | large heavy rigid | write or draw on in class, explain ideas to a group
 board, plank, wooden board, panel | | large middling rigid wood |
 sign, street sign, exit sign, signage, placard; label, sticker; name tag | decoration | small light rigid | read
     directions from
-map, world map; globe; atlas | document | small light | learn geography with, find places on
+map, world map; globe; atlas | document | small light | learn geography with, find places on, plan a trip with
 tool, hand tool, tools | | small light rigid metal | repair things
-hammer, mallet, sledgehammer | tool | small middling rigid metal | drive in nails
+hammer, mallet, sledgehammer | tool | small middling rigid metal | drive in nails, hang a picture with nails, break
+    something open
 screwdriver, allen key, hex key, screwdriver set, screw driver, torx screwdriver | tool | small light rigid metal |
-    turn screws, take devices apart, open up electronics
+    turn screws, take devices apart, open up electronics, tighten a screw with, put furniture together with
 gripping tool; wrench, spanner, socket wrench; pliers, pincers; wire cutter; vise; clamp | tool | small middling rigid
-    metal | tighten nuts and bolts, grip things
-drill, power drill, electric drill, cordless drill | tool | small middling rigid electric noisy | drill holes
-saw, hacksaw, circular saw; chainsaw; axe, hatchet | tool | medium middling rigid metal sharp | cut wood
+    metal | tighten nuts and bolts, grip things, loosen a bolt with, pull out a nail with, bend wire with
+drill, power drill, electric drill, cordless drill | tool | small middling rigid electric noisy | drill holes, make a
+    hole in a wall with
+saw, hacksaw, circular saw; chainsaw; axe, hatchet | tool | medium middling rigid metal sharp | cut wood, cut down a
+    tree with, saw a plank with
 electronics tool; soldering iron; multimeter, voltmeter; oscilloscope | tool, measuring instrument | small light rigid
     electric | repair or test electronics
 woodworking tool; level, spirit level; plane; chisel; file tool; sandpaper | tool | small light rigid | work with wood
@@ -393,7 +422,8 @@ painting supplies; paint, spray paint, paint can, paint bucket; paintbrush; pain
     a wall or picture with
 toolbox, tool box, tool kit, toolkit, tool chest | container, tool | medium heavy rigid | keep tools in, repair things
     around the house
-ladder, stepladder, step ladder | tool | large middling rigid metal | reach high places
+ladder, stepladder, step ladder | tool | large middling rigid metal | reach high places, climb up to change a light
+    bulb
 flashlight holder | small object | small light rigid |
 machine tool; 3d printer; laser cutter; lathe; milling machine | device, tool | large heavy rigid | make parts and
     prototypes with
@@ -401,8 +431,10 @@ optical instrument; microscope; telescope; binoculars; magnifying glass | measur
     fragile | look at tiny or distant things through
 laboratory glassware; beaker; test tube; petri dish; pipette | container | small light rigid glass transparent fragile
     | do chemistry experiments with
-garden tool; shovel, spade, trowel; rake; hoe; pitchfork | tool | medium middling rigid metal | dig in the garden with
-hose, garden hose, watering can, sprinkler hose | garden equipment | medium light | water the plants with
+garden tool; shovel, spade, trowel; rake; hoe; pitchfork | tool | medium middling rigid metal | dig in the garden
+    with, dig a hole with, plant flowers with
+hose, garden hose, watering can, sprinkler hose | garden equipment | medium light | water the plants with, wash the
+    car with
 garden equipment | | medium |
 garden machine; lawn mower, lawnmower; wheelbarrow; leaf blower; hedge trimmer | garden equipment | large heavy rigid
     metal | work in the garden
@@ -414,10 +446,10 @@ plumbing; pipe, tube; hose pipe; valve; pump; boiler, water heater | machinery |
 machinery, industrial machine; engine; motor; generator; conveyor belt; compressor | device | huge heavy rigid metal |
     power a factory
 warehouse equipment; pallet; forklift; pallet jack | vehicle | large heavy rigid wood | move goods in a warehouse
-plant, potted plant, houseplant, house plant, indoor plant; succulent; cactus; fern; bonsai; palm | decoration, living
-    thing | medium middling soft green | bring some nature indoors, water and care for
+plant; potted plant, houseplant, house plant, indoor plant; succulent; cactus; fern; bonsai; palm; ivy; monstera |
+    decoration, living thing | medium middling green | bring some nature indoors, water and care for
 flower, flowers, bouquet, flower arrangement, bunch of branches, branches; rose; tulip; orchid; sunflower | plant,
-    decoration | small light soft fragile | give as a romantic present, decorate a table with
+    decoration | small light fragile | give as a romantic present, decorate a table with
 tree; christmas tree; bush, shrub | plant | huge heavy rigid green | give shade, decorate at Christmas
 living thing | | |
 flower pot, flowerpot, plant pot, planter, ceramic pot | container | small middling rigid ceramic | grow plants in
@@ -425,7 +457,7 @@ vase, flower vase, ceramic vase | decoration, container | small light rigid cera
 decoration, ornament, decor, decorative object, knick-knack | | small | decorate a room with
 art, artwork | decoration | medium light | look at for its beauty
 picture, framed picture, wall art, framed print; painting, canvas; drawing; print, photo print; poster; illustration;
-    mural | art | medium light firm | decorate a wall with
+    mural | art | medium light firm | decorate a wall with, hang on a wall
 photograph, photography, framed photo, portrait, polaroid | art | medium light firm paper | remember people and places
     by
 picture frame, frame, photo frame | decoration | small light rigid wood | display a photo in
@@ -435,68 +467,70 @@ small decoration; globe ornament, snow globe; crystal; seashell; wreath; dreamca
     decorate a room with
 party decoration; balloon, balloons; party hat; confetti; streamer | decoration | small light soft | celebrate a
     birthday
-toy, toys, plaything | | small light | play with, have fun with, keep a child busy
+toy, toys, plaything | | small light | play with, have fun with, keep a child busy, amuse a toddler
 stuffed animal, teddy bear, plush toy, soft toy, plushie, stuffed toy | toy | small light soft fabric | cuddle,
-    comfort a child
+    comfort a child, hug
 doll, action figure, puppet, barbie | toy | small light | play pretend with
 toy vehicle; toy car, model car, remote control car; toy train; toy truck; toy airplane | toy | small light rigid
     plastic | push around and race
 building blocks, lego, lego set, blocks, wooden blocks | toy, puzzle game | small light rigid plastic | build little
     houses
 puzzle, brain teaser; rubik's cube, puzzle cube; jigsaw puzzle, jigsaw; puzzle box | toy, puzzle game | small light
-    rigid colorful | solve in your spare time
+    rigid colorful | solve in your spare time, keep your mind busy with
 puzzle game | game | |
 game, board game; chess, chess set; card game, playing cards, deck of cards; dice; checkers; monopoly | toy | small
-    light | play with friends, spend an evening with
+    light | play with friends, spend an evening with, play at a party, compete with family
 outdoor toy; yo-yo; spinning top; kite; frisbee; slingshot; fidget spinner; bubble wand; juggling balls | toy | small
     light | have fun with outside
 toy house, dollhouse, model house, playhouse | toy | small light rigid | play house with
 sports equipment, sporting goods, sport equipment | | | play sports, exercise
 ball, beach ball; soccer ball; football, rugby ball; tennis ball; volleyball; baseball; golf ball; exercise ball |
-    sports equipment, toy | small light firm rubber round | throw, kick or catch, play a team sport with
+    sports equipment, toy | small light firm rubber round | throw, kick or catch, play a team sport with, exercise or
+    play with in the park
 basketball, basketball hoop, basketball ball | ball | small light firm rubber round orange | shoot hoops, dribble and
     score baskets with
 bat or racket; racket, tennis racket, badminton racket; baseball bat, cricket bat; hockey stick; golf club; ping pong
-    paddle,
-    table tennis paddle | sports equipment | medium light rigid | hit a ball with
+    paddle, table tennis paddle | sports equipment | medium light rigid | hit a ball with
 game table; table tennis table, ping pong table; pool table, billiard table; foosball table | game, table | huge heavy
     rigid | play table tennis or pool on
 weights, weight, free weights; dumbbell, dumbbells; barbell, weight plate; kettlebell | exercise equipment | small
-    heavy rigid metal | lift to build muscles
-exercise equipment, gym equipment, fitness equipment | sports equipment | | work out, get fit
+    heavy rigid metal | lift to build muscles, train your arms with
+exercise equipment, gym equipment, fitness equipment | sports equipment | | work out, get fit, stay in shape
 cardio equipment; jump rope, skipping rope; resistance band, exercise band; ab roller; pull-up bar; hula hoop |
-    exercise equipment | small light soft rubber | do cardio or stretch your muscles
+    exercise equipment | small light rubber | do cardio or stretch your muscles
 floor exercise equipment; yoga mat, exercise mat, gym mat; yoga block; foam roller | exercise equipment, rug | medium
     light soft foam | do yoga and stretch on
 exercise machine; treadmill; exercise bike, stationary bike; elliptical; rowing machine | exercise equipment,
     machinery | huge heavy rigid | run or cycle indoors
-bicycle, bike, mountain bike, e-bike; tricycle | vehicle, sports equipment | large middling rigid metal | ride to work
+bicycle, bike, mountain bike, e-bike; tricycle | vehicle, sports equipment | large middling rigid metal | ride to
+    work, ride around town, get some exercise
 board or skates; skateboard; scooter; roller skates, skates, rollerblades; ice skates; ski, skis; snowboard;
-    surfboard; sled | sports equipment | medium light rigid | glide or roll along on
+    surfboard; sled | sports equipment | medium light rigid | glide or roll along on, ride down the street on
 helmet, hard hat, bike helmet, safety helmet | headwear, safety equipment | small light rigid plastic | protect your
     head
 training equipment; boxing gloves; punching bag; goal; net, tennis net; hoop | sports equipment | medium | train with
 camping gear; tent; sleeping bag; camping stove; hammock | camping equipment | medium light soft fabric | camp or
-    sleep outdoors with
+    sleep outdoors with, spend a night in the woods in
 camping equipment, outdoor gear | sports equipment | |
 musical instrument, instrument | | | make music, play a song on
 string instrument; guitar, acoustic guitar, electric guitar, bass guitar; ukulele; banjo; violin; cello | musical
-    instrument | medium light rigid wood fragile | strum and play songs on
+    instrument | medium light rigid wood fragile | strum and play songs on, play a song on, accompany singing with
 keyboard instrument; piano, grand piano, keyboard piano; organ; synthesizer | musical instrument | huge heavy rigid
-    wood | play a melody on
+    wood | play a melody on, play a tune on
 percussion instrument; drum, drum kit, drums; tambourine; xylophone | musical instrument | medium middling rigid noisy
-    | beat a rhythm on
+    | beat a rhythm on, make a lot of noise with
 wind instrument; flute; trumpet; saxophone; harmonica; recorder; clarinet; whistle | musical instrument | small light
-    rigid metal noisy | blow a tune on
+    rigid metal noisy | blow a tune on, play a tune on
 clothing, clothes, garment, apparel, clothing item, outfit | textile | small light soft fabric | wear, get dressed in
 top | clothing | small light soft fabric |
 shirt, blouse, polo shirt, dress shirt, button-up shirt, button-down shirt | top | small light soft fabric | wear to
     work
 t-shirt, tee shirt, tank top, tee, jersey, tshirt | top | small light soft fabric casual | wear in summer, wear
     casually
-sweater, pullover, jumper; hoodie, sweatshirt; cardigan; fleece | top | small light soft fabric warm | stay warm in
+sweater, pullover, jumper; hoodie, sweatshirt; cardigan; fleece | top | small light soft fabric warm | stay warm in,
+    wear on a chilly day
 outerwear | clothing | medium light soft fabric warm | go outside in when it is cold
-jacket, coat, winter jacket, winter coat, parka, down jacket, leather jacket, windbreaker, overcoat, puffer jacket |
+jacket, coat, overcoat; winter coat, winter jacket, parka, down jacket, puffer jacket; leather jacket; windbreaker |
     outerwear | medium light soft fabric warm waterproof | keep warm in winter, protect yourself from wind rain and
     snow
 rain gear; raincoat, rain jacket, rain poncho, poncho; rain boots, wellies | outerwear | medium light soft waterproof
@@ -524,12 +558,13 @@ hat, sun hat; cap, baseball cap; beanie, woolly hat; cowboy hat; beret | headwea
 accessory, clothing accessory | | small light |
 gloves, glove, work gloves, rubber gloves; mittens; oven mitt, oven mitts | accessory, clothing | small light soft |
     keep your hands warm, protect your hands
-scarf, shawl, bandana, pashmina | accessory, clothing | small light soft fabric warm | wrap around your neck
+scarf, shawl, bandana, pashmina | accessory, clothing | small light soft fabric warm | wrap around your neck, keep
+    your neck warm
 tie, necktie, bow tie | accessory, clothing | small light soft fabric formal | wear with a suit
-belt, suspenders | accessory, clothing | small light soft leather | keep your trousers up
+belt, suspenders | accessory, clothing | small light leather | keep your trousers up
 glasses, eyeglasses, spectacles, reading glasses, safety glasses | accessory | small light rigid transparent fragile |
     see better with, read small print with
-sunglasses, shades glasses | accessory | small light rigid | protect your eyes from the sun
+sunglasses, shades glasses | accessory | small light rigid | protect your eyes from the sun, wear on a sunny day
 jewelry, jewellery; necklace; ring; bracelet; earrings | accessory | tiny light rigid metal | wear to look elegant,
     give as a present
 mask, face mask, respirator | accessory, safety equipment | small light soft | protect yourself from germs or dust
@@ -537,23 +572,24 @@ clothes hanger, hanger, coat hanger | rack | small light rigid | hang a shirt on
 clothes line, drying rack, clothesline, clothes rack | rack | large light rigid metal | dry laundry on
 food, edible, meal, dish of food, groceries | | small light edible | eat when you are hungry
 fruit, fruits; apple; banana; pear; grapes; berries, berry; strawberry; lemon; mango; peach; pineapple; kiwi;
-    watermelon, melon; lime; plum; cherry | food | small light soft edible | eat as a healthy snack
-citrus fruit; orange; tangerine, mandarin; grapefruit | fruit | small light soft edible |
+    watermelon, melon; lime; plum; cherry | food | small light edible | eat as a healthy snack, have between meals
+citrus fruit; orange; tangerine, mandarin; grapefruit | fruit | small light edible |
 vegetable, vegetables; carrot; tomato; potato; onion; lettuce; cucumber; pepper; broccoli; salad; corn; pumpkin;
     cabbage; spinach; garlic; mushroom | food | small light edible | cook or eat in a salad
-bread, loaf; toast; bagel; bun, roll; baguette; croissant | food | small light soft edible | make a sandwich with, eat
-    for breakfast
+bread, loaf; toast; bagel; bun, roll; baguette; croissant | food | small light edible | make a sandwich with, eat for
+    breakfast
 meal; sandwich; burger, hamburger; hot dog; pizza; pasta; noodles, instant noodles, ramen; soup; rice; sushi; taco;
     burrito; steak; chicken; meat; sausage; bacon; fried rice | food | small light edible | have for lunch or dinner
 breakfast food; cereal, breakfast cereal; oatmeal; granola; egg, eggs; yogurt; pancake; jam; butter, margarine;
-    cheese; peanut butter; honey | food | small light edible | eat for breakfast
+    cheese; peanut butter; honey | food | small light edible | eat for breakfast, start the day with
 snack, snacks; chips, crisps, potato chips; cookie, cookies, biscuit; crackers, cracker; popcorn; nuts, trail mix;
-    pretzels; granola bar, protein bar, energy bar | food | small light edible | nibble between meals
+    pretzels; granola bar, protein bar, energy bar | food | small light edible | nibble between meals, eat in front of
+    a film
 sweets, candy; chocolate, chocolate bar; cake, cupcake; ice cream; dessert, pudding; pie; donut, doughnut; chewing
     gum; lollipop; candy bar | snack | small light edible sweet | treat yourself to something sweet
 condiment, sauce; salt, salt shaker; sugar; spice, spices; ketchup; mustard; oil, olive oil; vinegar; flour; pepper
     shaker; mayonnaise; hot sauce | food | small light edible | season a dish with
-drink, beverage, drinks, soft drink, beverages | | small light liquid | drink when you are thirsty
+drink, beverage, drinks, soft drink, beverages | | small light liquid | drink when you are thirsty, have with a meal
 water, bottled water, bottle of water, mineral water, sparkling water, water jug | drink | small light liquid
     transparent | quench your thirst
 soda, soft drink, soda can, can of soda, fizzy drink, pop; cola, coke, coca-cola, pepsi; sprite; lemonade; ginger ale;
@@ -561,14 +597,14 @@ soda, soft drink, soda can, can of soda, fizzy drink, pop; cola, coke, coca-cola
 juice, fruit juice, juice box; orange juice; apple juice; smoothie | drink | small light liquid sweet | drink for
     breakfast
 hot drink; coffee, espresso, coffee beans; tea, tea bag, tea bags; green tea; cocoa, hot chocolate | drink | small
-    light liquid hot | wake up or warm up with
+    light liquid hot | wake up or warm up with, drink in the morning
 milk, milk carton; soy milk, oat milk | drink, food | small light liquid white | pour on cereal
 alcohol, liquor; beer, beer can, beer bottle; wine, champagne; whiskey; vodka; rum; gin; cocktail | drink | small
-    light liquid | drink at a party
+    light liquid | drink at a party, celebrate with, pour for guests
 medicine, medication, drug; pill, pills, pill bottle, tablets; aspirin, painkiller; vitamins; cough syrup | medical
-    supply | small light | take when you are ill, cure a headache
+    supply | small light | take when you are ill, cure a headache, get rid of a headache or a fever
 medical supply; first aid kit, first-aid kit, medical kit; bandage, band-aid, plaster, gauze | | small light | treat a
-    wound
+    wound, stop a cut from bleeding, care for an injury
 medical instrument; thermometer; blood pressure monitor; stethoscope; syringe; iv stand; pulse oximeter | medical
     supply, measuring instrument | small light rigid | check a patient
 mobility aid; wheelchair; walker; crutches; cane, walking stick | medical supply | medium middling rigid metal | move
@@ -581,8 +617,8 @@ fish tank, aquarium, terrarium, fishbowl | container | medium heavy rigid glass 
 animal, pet | living thing | |
 small animal; dog, puppy; cat, kitten; bird; parrot; rabbit; hamster | animal | small middling soft | have as a
     companion
-fish, goldfish | animal | small light soft | keep in an aquarium
-large animal; horse; cow; sheep; pig; goat; elephant; bear; lion | animal | huge heavy soft | keep on a farm
+fish, goldfish | animal | small light | keep in an aquarium
+large animal; horse; cow; sheep; pig; goat; elephant; bear; lion | animal | huge heavy | keep on a farm
 person, people, human; man; woman; child; boy; girl; baby | living thing | large heavy | talk to
 vehicle, means of transport | | huge heavy rigid metal | get from one place to another
 motor vehicle; car, taxi, suv; truck, pickup; van; bus | vehicle | huge heavy rigid metal | drive to another city
@@ -598,9 +634,9 @@ room, room corner, meeting room; living room; bedroom; kitchen; bathroom; office
 stone, rock, pebble, boulder; brick; concrete block; paperweight | | small heavy rigid stone | build a wall with
 log, firewood, wood; stick, branch | | medium middling rigid wood | make a fire with
 sand, soil, dirt, gravel | | heavy | fill a sandpit
-grass, lawn, turf | plant | soft green | play on outside
+grass, lawn, turf | plant | green | play on outside
 money, cash; coins, coin; banknote; credit card, id card; card reader | small object | tiny light | pay for things
-    with
+    with, buy things with
 smoking supplies; cigarette, cigarettes; lighter; ashtray; matches, match, matchbox | small object | tiny light |
     light a fire or a candle with
 weapon; gun; sword; bow; arrow | | medium middling rigid metal | fight with
@@ -611,7 +647,155 @@ cash machine; cash register; atm; kiosk | device | large heavy rigid | pay or wi
 outdoor equipment; solar panel; antenna; satellite dish | device | large heavy rigid | collect energy or signals
 party equipment; fog machine; disco ball; string lights, fairy lights; neon sign | light source, decoration | small
     light | set the mood for a party
-gift, present, wrapped gift, gift bag | decoration | small light | give someone on their birthday
+gift, present, wrapped gift, gift bag | decoration | small light | give someone on their birthday, surprise a friend
+    with
+dining chair, kitchen chair | chair | medium middling rigid | sit on at dinner
+high chair, booster seat | chair | medium middling rigid | feed a small child in
+dining table, dinner table, kitchen table, breakfast table | table | large heavy rigid wood | sit around for a meal
+conference table, meeting table | table | large heavy rigid wood | hold a meeting around
+folding table; picnic table | table | large middling rigid | eat outside at
+bathroom cabinet, medicine cabinet, vanity | cabinet | medium heavy rigid wood | keep toiletries and medicine in
+front door, main door, entrance door | door | large heavy rigid wood fixed | leave the house through, unlock with a
+    key
+table lamp; bedside lamp; desk lamp, task lamp, reading lamp | lamp | small light rigid electric | read by in the
+    evening, light up your work
+ceiling light, ceiling lamp, overhead light; pendant light, pendant lamp, hanging lamp | light, lamp | medium middling
+    rigid glass fixed electric | brighten the whole room
+wall lamp, wall light, sconce | light, lamp | small light rigid fixed electric | light up a wall or a bed
+alarm clock, clock radio | clock | small light rigid electric | wake you up in the morning, get up on time
+mouse pad, mousepad, mouse mat | computer part | small light soft rubber | move a mouse on
+cosmetics, cosmetic, beauty product | toiletry | small light | make yourself look good
+knife block, knife set, knife holder | kitchenware | small middling rigid wood sharp | keep knives in, cut food, slice
+    bread and vegetables with
+baking sheet, oven tray, muffin tin, cake tin, baking dish | cookware | small middling rigid metal | bake cookies on,
+    roast vegetables on
+coffee pot, coffeepot, cafetiere, french press | jug | small light rigid glass | make and pour coffee
+camp stove | cooking appliance | medium heavy rigid metal hot | fry an egg on, boil pasta on
+dish rack, dish drainer, draining rack | rack | medium light rigid metal | let the dishes dry on
+towel rack, towel rail, towel bar, towel holder | rack | medium light rigid metal | hang wet towels on to dry
+rolling pin; grater, cheese grater; peeler, vegetable peeler; colander, strainer, sieve; funnel;
+    mortar and pestle; measuring cup, measuring spoon; garlic press | kitchenware, tool | small light rigid | prepare
+    food, grate peel strain or measure ingredients with
+foil, aluminum foil; plastic wrap, cling film; baking paper, parchment paper; freezer bag, zip bag | kitchenware |
+    small light | wrap leftovers in, cover food with
+straw, drinking straw | kitchenware | tiny light | sip a drink through
+seafood; salmon; tuna; shrimp, prawns; cod, fish fillet, fish stick; crab | food | small light edible | cook for
+    dinner
+ham; minced meat, ground meat, ground beef; cutlet, schnitzel; pork; beef; lamb; turkey; meatball | meat | small light
+    edible | fry or roast for dinner
+leftovers, ready meal, canned food, can of beans, beans, lentils | food | small light edible | heat up for a quick
+    meal
+syrup, chocolate syrup, maple syrup; whipped cream | condiment | small light sweet edible | pour on pancakes or ice
+    cream
+tofu; avocado; celery; zucchini; eggplant; beet; peas; cauliflower; asparagus; ginger; herb, herbs, basil, parsley,
+    mint | vegetable | small light edible | cook or eat in a salad
+spread, hummus; nutella; cream cheese | food | small light edible | spread on bread
+baby food; formula | food | small light edible | feed a baby with
+dog treat, pet treat | pet supplies | small light | reward a dog with
+laundry supplies; fabric softener; clothes pegs; lint roller; stain remover | cleaning product | small light | do the
+    laundry with
+dishwashing liquid, dish soap, washing-up liquid, dishwasher tablets | cleaning product | small light liquid | wash
+    the dishes with
+toilet brush; plunger; squeegee; feather duster, duster; cleaning cloth, microfiber cloth, wipe, wipes | cleaning tool
+    | small light | clean the bathroom and windows with
+air freshener, room spray, incense | toiletry | small light | make a room smell nice
+cotton pads, cotton swab, cotton balls, nail clippers, nail file, tweezers | toiletry | tiny light | groom your nails
+    and face with
+curling iron, hair straightener | appliance, toiletry | small light rigid hot | style your hair with
+bath toy, rubber duck | toy | small light rubber | play with in the bath
+doorbell; intercom; peephole; mail slot | small fixture | small light rigid fixed | know who is at the door
+key rack, key holder, key hook; keychain, key ring, key fob | small object | small light rigid | keep keys on
+door mat | rug | medium light firm | wipe your shoes on
+umbrella stand, umbrella holder | rack | medium middling rigid | put wet umbrellas in
+wine rack, spice rack, magazine rack, bottle rack | rack | medium light rigid | keep bottles spices or magazines in
+    order
+clothes steamer; garment bag; shoe polish, shoe brush; shoehorn | small object | small light | care for clothes and
+    shoes
+changing table; playpen; baby gate; baby monitor; bouncer | furniture | medium middling | care for a baby
+bookend, book stand, reading stand | small object | small middling rigid | hold books upright
+laptop stand, monitor stand, monitor arm; docking station, usb hub | computer part | small light rigid | raise a
+    screen to eye level, connect more devices
+wrist rest | small object | small light soft | rest your wrists on while typing
+paper tray, letter tray, desk organizer, file holder, magazine file | office supply, container | small light rigid |
+    sort papers and mail in
+paper shredder, shredder | appliance, office supply | medium middling rigid noisy | destroy confidential papers
+laminator; label maker; hole puncher; date stamp, stamp pad, ink cartridge, toner | office supply | small light rigid
+    | do office work with
+laser pointer, pointer, presentation clicker | device | tiny light rigid | point at slides during a talk
+whiteboard cleaner | cleaning product | small light | clean a whiteboard with
+easel; art supplies, paint set, watercolors, palette | stationery | medium light | paint a picture with
+lab equipment; centrifuge; bunsen burner; hot plate; fume hood; lab scale; pipette rack | device |
+    medium heavy rigid | do experiments with
+lab supplies; lab gloves, latex gloves; lab goggles, eye protection; ear protection, ear defenders, earmuffs; dust
+    mask; safety vest, high-visibility vest; knee pads | safety equipment, accessory | small light | protect yourself
+    while working
+eye wash station; emergency shower; defibrillator, aed; fire blanket; fire hydrant; emergency exit; first aid cabinet
+    | safety equipment | medium rigid | get help from in an emergency
+electronics supplies; resistor, capacitor; led; sensor; battery charger; solder; jumper wires; power supply unit,
+    bench power supply | computer part | tiny light | build circuits with
+crowbar, pry bar; bolt cutter; awl; rasp; ratchet, socket set; hex wrench | tool | small middling rigid
+    metal | pry open or loosen things with
+power tool; sander; angle grinder, grinder; heat gun; nail gun; pressure washer | tool |
+    medium middling rigid electric noisy | build and renovate with
+sawhorse; tool cabinet; pegboard, tool rack; tool belt; workbench vise | tool | large middling rigid | keep a workshop
+    in order
+putty, filler, caulk, sealant, epoxy, silicone | fastener | small light | fill holes and seal gaps with
+lubricant, oil can, grease, wd-40 | tool | small light liquid | stop a hinge from squeaking
+spring; hinge; bracket; pulley; bearing; gear; caster | hardware | tiny light rigid metal | build a
+    machine with
+garden furniture; deck chair, lawn chair, sun lounger, camping chair; garden bench; garden swing, porch swing | seat |
+    large middling | sit outside on
+swing; slide; trampoline; sandbox; seesaw; climbing frame, playground | outdoor toy | large heavy | play outside on
+pool; swimming pool; paddling pool; pond; fountain | structure | huge heavy fixed | swim or splash in
+garden supplies; fertilizer; potting soil; seeds; plant stand, trellis; pruning shears, secateurs, garden shears; bird
+    feeder; birdhouse; compost bin; rain barrel; gardening gloves | garden equipment | small light | look after a
+    garden
+street lamp, street light, lamp post; traffic light; bus stop; parking meter; manhole |
+    structure | huge heavy rigid fixed | find on a street
+sports wear; shin guards; sports bra; cycling shorts; life jacket, life vest; wetsuit; fins, snorkel | clothing,
+    sports equipment | small light | do sports in
+fishing rod; tackle box | sports equipment | medium light rigid | catch fish with
+dart board, dartboard, darts; bowling ball; bowling pin; shuttlecock; hockey puck | sports equipment,
+    game | small light | aim or play a match with
+climbing rope, harness, carabiner; compass; pocket knife, multitool, swiss army knife; water filter; walkie talkie;
+    headlight | camping equipment | small light | go hiking or climbing with
+bike accessory; bike pump, air pump, tire pump; bike light; bike basket; bike rack | vehicle part | small light rigid
+    | ride a bicycle safely, inflate a tire with
+car part; jack, car jack; spare tire; jumper cables; windshield, steering wheel; license plate | vehicle part | medium
+    heavy rigid | keep a car going
+travel accessory; neck pillow, travel pillow; passport; ticket; travel adapter; luggage tag; eye mask, sleep mask |
+    small object | small light | travel more comfortably with
+music accessory; amplifier, amp; music stand, sheet music; drumsticks; guitar case; metronome; pedal, guitar pedal;
+    midi keyboard; mixing console, mixer audio | device | medium middling rigid | make music with other instruments
+vinyl record, record, cassette, blu-ray, video tape | data storage | small light rigid plastic | play an
+    album or a movie from
+streaming stick, set-top box, media player, tv box, dvd player, cable box | device | small light rigid plastic | watch
+    films on a television with
+smart home device; smart plug; smart bulb; motion sensor; doorbell camera; security system, alarm panel | device |
+    small light rigid electric | automate and guard the home
+baby clothes; onesie; bib; christening gown | clothing | small light soft fabric | dress a baby in
+vest; waistcoat; uniform; overalls; jumpsuit; tracksuit | clothing | small light soft fabric | wear for
+    work or sport
+pile of clothes, clothes pile, laundry, dirty clothes, folded clothes | clothing | medium light soft fabric | wear
+handkerchief; headband; hair scarf; cufflinks; pocket square | accessory | tiny light soft fabric | complete an outfit
+curtain rod, curtain rail; picture hook; wall anchor; suction hook | small fixture | small light rigid | hang curtains
+    or pictures from
+door stop, doorstop, wedge; furniture pad | small object | small light | hold a door open
+piggy bank, money box; jewelry stand; music box; ring holder | small object | small light rigid | save coins or keep
+    small treasures in
+holiday decoration; christmas ornament, bauble; easter egg; halloween pumpkin, jack-o-lantern; advent calendar;
+    menorah; nativity | decoration | small light | decorate for a holiday
+aroma candle holder, candle holder, candelabra | decoration | small light rigid | put candles in
+stained glass; wallpaper; wall sticker, wall decal; tile, tiles; wainscot; baseboard, moulding, trim | structure |
+    medium rigid fixed | finish a wall with
+counter stool | bar stool | medium light rigid | sit at a bar or counter on
+massage chair; massage gun; heating pad, hot water bottle; electric blanket; ice pack | appliance | medium soft | ease
+    aching muscles
+humidor; cigar box; vape; tobacco | smoking supplies | small light | smoke
+eyeglass case, glasses case, contact lenses, contact lens case | small object | small light | keep glasses or lenses
+    in
+hearing aid; cast; sling; knee brace; inhaler; blood glucose meter; bedpan; hospital gown; surgical mask; scalpel;
+    forceps; stretcher | medical supply | small light | treat a patient
 """.strip()
 """One thing per line; see the module's docstring."""
 

@@ -209,6 +209,7 @@ class Knowledge:
                 said, left = self.traits_in([s for s in stems if s not in FUNCTION_WORDS])
                 if not left:
                     traits.extend(said)
+        traits.extend(self._said_after(words))
         if kinds or traits:
             form: Form = "kind" if kinds else "traits"
             return Facets(
@@ -223,6 +224,21 @@ class Knowledge:
         if verb:
             return self._of_generic(words)
         return Facets(form="name", rest=text)
+
+    def _said_after(self, words: Sequence[str]) -> list[int]:
+        """The traits said behind the noun: "shoes made of leather", "a lamp in red", "a chair that is soft"."""
+        found: list[int] = []
+        for at, word in enumerate(words[:-1]):
+            opens = (word in ("of", "from") and at > 0 and words[at - 1] in ("made", "out")) or (
+                word in ("is", "are") and at > 0 and words[at - 1] in ("that", "which")
+            )
+            colour = word == "in" and at > 0
+            if not (opens or colour):
+                continue
+            stems = _stems(" ".join(words[at + 1 : at + 4]))
+            said, _ = self.traits_in(stems[:1] if colour or len(stems) == 1 else stems[:2])
+            found.extend(t for t in said if opens or self.traits[t] in everyday.COLORS)
+        return found
 
     def describe(self, facets: Facets) -> dict[str, object]:
         """The facets for a person: {"kind": [...], "traits": [...], "use": text}, without the empty ones."""

@@ -96,7 +96,7 @@ LIGHT_VERBS = _words("mak get keep tak put us hav do help go giv let hold find b
 """Stems of verbs that say little: what is made or kept tells more."""
 SYNONYMS = """
 repair fix mend patch restore
-cook fry bake boil roast grill prepare simmer
+cook fry bake boil roast grill simmer
 heat warm reheat
 cut slice chop carve trim snip shred dice
 throw discard dispose toss bin dump trash
@@ -108,7 +108,7 @@ sweep vacuum mop hoover dust
 sit seat perch
 lie sleep nap rest doze snooze relax lounge recline
 carry transport haul bring lug
-store keep stash stow put place save hold stow leave organize
+store keep stash stow put place save hold leave organize
 fasten attach secure bind tie join connect hold stick clip
 cool chill refrigerate freeze
 play perform strum
@@ -177,3 +177,5 @@ PACKAGES = _words("bottle can carton box packet pack package bag jar tin tube co
 VESSELS = PACKAGES | _words("mug cup glass bowl plate pot jug basket bucket tray pitcher crate sack vase dish")
 """What is called by what it holds: "a mug of green tea" is a mug, and tea."""
 PLACE_HEADS = _words("somewhere anywhere where place places spot area")
+POSTURES = _words("sit ly sleep stand loung relax nap reclin perch doz kneel crouch squat")
+"""Stems of verbs that are done in or on a place, said or not: "somewhere comfortable to sit"."""

@@ -137,7 +137,7 @@ class Calibration:
         }
     )
     words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "name": 5.0, "use": 0.0, "traits": 0.0})
-    argument: float = 2.0
+    argument: float = 4.0
     cover: float = 3.0
     part: float = 3.0
     verb: float = 1.0

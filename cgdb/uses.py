@@ -14,7 +14,16 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.lexicon import DETERMINERS, FUNCTION_WORDS, LIGHT_VERBS, PARTICLES, PATIENT_VERBS, PREPOSITIONS, SYNONYMS
+from cgdb.lexicon import (
+    DETERMINERS,
+    FUNCTION_WORDS,
+    LIGHT_VERBS,
+    PARTICLES,
+    PATIENT_VERBS,
+    POSTURES,
+    PREPOSITIONS,
+    SYNONYMS,
+)
 from cgdb.words import singular, stem, tokens
 
 Floats = NDArray[np.float32]
@@ -82,7 +91,8 @@ def frame(text: str, *, place: bool = False) -> Frame:
         at += 2
     objects: list[str] = []
     around: list[str] = []
-    gap, into = Gap.ANY, objects
+    posture = stem(verbs[0]) in POSTURES
+    gap, into = Gap.ANY, around if posture else objects
     while at < len(found):
         word = found[at]
         following = found[at + 1] if at + 1 < len(found) else ""
@@ -99,7 +109,7 @@ def frame(text: str, *, place: bool = False) -> Frame:
             into.append(word)
         at += 1
     content = [word for word in objects if word not in FUNCTION_WORDS]
-    if place and gap is not Gap.MEANS:
+    if (place or posture) and gap is not Gap.MEANS:
         gap = Gap.PLACE
     elif gap is Gap.ANY and objects:
         gap = Gap.DOER
