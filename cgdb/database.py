@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     import networkx
 
     from cgdb.asked import Answer
+    from cgdb.enrich import Enrichment
     from cgdb.export import Exported
     from cgdb.graph import Table
     from cgdb.llm import Model
@@ -237,6 +238,20 @@ class Database:
             limits=limits,
             encoder_of=self._encoders.space,
         )
+
+    def enrich(
+        self,
+        *,
+        model: Model | None = None,
+        scenes: Sequence[str] = (),
+        robot: str | None = None,
+        batch: int | None = None,
+    ) -> Enrichment:
+        """What asks a model once of each thing what is known of it: ``estimate()``, then go through ``run()``."""
+        from cgdb.enrich import BATCH, Enrichment
+
+        chosen = model or self._asked_model(True)
+        return Enrichment(self, chosen, scenes=scenes, robot=robot, batch=BATCH if batch is None else batch)
 
     def _asked_model(self, model: Model | bool) -> Model | None:
         from cgdb.rerank import configured

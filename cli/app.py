@@ -110,6 +110,7 @@ def _parser() -> argparse.ArgumentParser:
     _importing(commands)
     _asking(commands)
     _shell(commands)
+    _models(commands)
     _store(commands)
     return parser
 
@@ -238,6 +239,76 @@ def _shell(commands: Any) -> None:
     plot.add_argument("-o", "--output", required=True, metavar="FILE", help="the picture: .png, .pdf or .svg")
     plot.add_argument("--scene", help="the scene; else the one with most of the result")
     _parameters(plot)
+
+
+def _models(commands: Any) -> None:
+    ask = _command(
+        commands,
+        "ask",
+        "ask:ask",
+        "answer a question in plain words, with a language model or without",
+        'cgdb ask home.cgdb "Something to drink other than soda"\n\n'
+        "a model is asked where one is configured: CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or\n"
+        "base_url, model and api_key under [llm] in cgdb/config.toml of the config folder;\nit needs pip install 'cgdb[llm]'",
+    )
+    ask.add_argument("store", metavar="STORE")
+    ask.add_argument("question", metavar="QUESTION", nargs="?", help="the question; - reads it from stdin")
+    ask.add_argument("--image", metavar="FILE", help="a picture that the question speaks of")
+    ask.add_argument("--scene", action="append", help="ask of this scene only (may be repeated)")
+    ask.add_argument("--no-rerank", action="store_true", help="let the model translate, but not judge the candidates")
+    _conversation(ask)
+    _encoders(ask)
+    _formats(ask)
+
+    enrich = _command(
+        commands,
+        "enrich",
+        "enrich:enrich",
+        "ask a language model once what is known of each thing, and keep it as properties",
+        "cgdb enrich home.cgdb --dry-run",
+    )
+    enrich.add_argument("store", metavar="STORE")
+    enrich.add_argument("--scene", action="append", help="this scene only (may be repeated)")
+    enrich.add_argument(
+        "--robot", default="a wheeled robot of 5 kg", help="for whom things are traversable (a wheeled robot of 5 kg)"
+    )
+    enrich.add_argument("--batch", type=int, default=8, metavar="N", help="descriptions per call (8)")
+    enrich.add_argument("--dry-run", action="store_true", help="say what it would take, and ask nothing")
+    enrich.add_argument("--json", action="store_true", help="what was done, as JSON on stdout")
+    enrich.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    _conversation(enrich)
+
+    evaluate = commands.add_parser("eval", help="measure how well questions are answered")
+    evaluations = evaluate.add_subparsers(title="evaluations", metavar="WHAT", required=True)
+    from cgdb.judged import LAYOUT
+
+    retrieval = _command(
+        evaluations,
+        "retrieval",
+        "evaluate:retrieval",
+        "answer judged queries in several ways, and print a table of scores",
+        "cgdb eval retrieval lab.json --judgements judgements.json --ways encoder,built-in,model+rerank\n\n" + LAYOUT,
+    )
+    retrieval.add_argument("maps", nargs="*", metavar="MAP", help="the maps to ask (all that the judgements name)")
+    retrieval.add_argument("--judgements", required=True, metavar="FILE", help="the judged queries, laid out as below")
+    retrieval.add_argument(
+        "--ways",
+        default="encoder,built-in",
+        help="some of words, encoder, clip, meaning, built-in, model, model+rerank, whole-map (encoder,built-in)",
+    )
+    retrieval.add_argument("--save", default="retrieval.jsonl", metavar="FILE", help="every answer (retrieval.jsonl)")
+    retrieval.add_argument(
+        "--format", choices=("table", "json"), default="table", help="how scores are written (table)"
+    )
+    retrieval.add_argument("--quiet", action="store_true", help="no progress")
+    _conversation(retrieval)
+    _encoders(retrieval)
+
+
+def _conversation(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--no-model", action="store_true", help="ask no language model")
+    parser.add_argument("--record", metavar="FILE", help="record what the model is asked and says")
+    parser.add_argument("--replay", metavar="FILE", help="answer from such a record, without a model")
 
 
 def _parameters(parser: argparse.ArgumentParser) -> None:

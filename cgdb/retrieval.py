@@ -1,0 +1,261 @@
+"""Retrieval: the ways to answer a question over a map, side by side, and how well each does on judged queries."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.embed import text_encoder
+from cgdb.errors import CgdbError, ExecuteError
+from cgdb.export_planner import planner
+from cgdb.judged import JudgedQuery
+from cgdb.llm import Model, ModelError, Usage
+from cgdb.llm_json import ask_json
+from cgdb.prompts import reranking_schema, whole_map
+from cgdb.rerank import judgement
+
+if TYPE_CHECKING:
+    from cgdb.asked import Answer
+    from cgdb.database import Database
+
+MOST = 10
+"""Objects of an answer that are kept."""
+RESAMPLES = 2000
+SEED = 0
+DEPTHS = (1, 2, 3)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """ids: best first. achievable None: the way always names something, and cannot say that nothing fits."""
+
+    ids: tuple[str, ...]
+    achievable: bool | None
+    usage: Usage = field(default_factory=Usage)
+    seconds: float = 0.0
+    record: Mapping[str, Any] = field(default_factory=dict)
+    error: str | None = None
+
+
+Way = Callable[["Database", str, Model | None], Outcome]
+
+
+def asked(way: str, db: Database, query: str, model: Model | None) -> Outcome:
+    """What a way answers to one query; an error is an outcome that names nothing."""
+    started = time.perf_counter()
+    try:
+        outcome = WAYS[way].run(db, query, model)
+    except CgdbError as error:
+        outcome = Outcome(ids=(), achievable=None, error=error.message)
+    return Outcome(
+        ids=outcome.ids[:MOST],
+        achievable=outcome.achievable,
+        usage=outcome.usage,
+        seconds=time.perf_counter() - started,
+        record=outcome.record,
+        error=outcome.error,
+    )
+
+
+def _encoder(db: Database, query: str, model: Model | None) -> Outcome:
+    """The nearest captions by the text encoder's cosine alone."""
+    objects = [obj for info in db.scenes() for obj in db.scene(info.name, features=False, clouds=False).objects]
+    vectors = _vectors(tuple(obj.caption or obj.tag or "" for obj in objects))
+    order = np.argsort(-(vectors @ text_encoder().texts([query])[0]), kind="stable")
+    return Outcome(ids=tuple(str(objects[i].id) for i in order[:MOST].tolist()), achievable=None)
+
+
+@lru_cache(maxsize=2)
+def _vectors(captions: tuple[str, ...]) -> NDArray[np.float32]:
+    return text_encoder().texts(captions)
+
+
+def _clip(db: Database, query: str, model: Model | None) -> Outcome:
+    """The nearest image features by the cosine of their encoder's text tower."""
+    spaces = [space.name for info in db.scenes() for space in info.spaces]
+    if not spaces:
+        raise ExecuteError("the map has no image features")
+    hits = db.search(query, space=spaces[0], k=MOST)
+    return Outcome(ids=tuple(str(hit.id) for hit in hits), achievable=None)
+
+
+def _meaning(db: Database, query: str, model: Model | None) -> Outcome:
+    """``o ~ query``, with all the evidence that the store has open: encoders, or words and common knowledge alone."""
+    result = db.query("MATCH (o ~ $q) RETURN o.id LIMIT $n", q=query, n=MOST)
+    return Outcome(ids=tuple(str(row[0]) for row in result), achievable=not result.nothing_fits)
+
+
+def _built_in(db: Database, query: str, model: Model | None) -> Outcome:
+    return _of_answer(db.ask(query, model=False))
+
+
+def _translated(db: Database, query: str, model: Model | None) -> Outcome:
+    return _of_answer(db.ask(query, model=_needed(model), rerank=False))
+
+
+def _reranked(db: Database, query: str, model: Model | None) -> Outcome:
+    return _of_answer(db.ask(query, model=_needed(model)))
+
+
+def _of_answer(answer: Answer) -> Outcome:
+    from cgdb.asked import answering
+
+    ids = dict.fromkeys(str(node.id) for row in answer.rows for node in answering(row))
+    record = answer.to_dict()
+    del record["rows"]
+    return Outcome(ids=tuple(ids), achievable=answer.achievable, usage=answer.usage, record=record)
+
+
+def _whole_map(db: Database, query: str, model: Model | None) -> Outcome:
+    """The paper's way: all objects of the map in the prompt."""
+    import json
+
+    model = _needed(model)
+    objects: list[Any] = []
+    for info in db.scenes():
+        objects += json.loads("".join(planner(db.scene(info.name, features=False, clouds=False)).pieces))
+    ids = [str(obj["id"]) for obj in objects]
+    meter = model.meter()
+    try:
+        answer = ask_json(
+            model, whole_map(query, objects), meter, name="plan", schema=reranking_schema(ids), max_tokens=700
+        )
+        said = judgement(answer, ids)
+    except ModelError as error:
+        return Outcome(ids=(), achievable=None, usage=meter.usage, error=error.message)
+    named = tuple(dict.fromkeys((*said.final_relevant_objects, *said.relevant_objects)))
+    record = {"explanation": said.explanation, "inferred_query": said.inferred_query, "warnings": list(said.warnings)}
+    return Outcome(ids=named, achievable=said.query_achievable, usage=meter.usage, record=record)
+
+
+def _needed(model: Model | None) -> Model:
+    if model is None:
+        raise ExecuteError(
+            "this way asks a language model, and none is configured",
+            hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
+        )
+    return model
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """needs_model: a language model. encoders: whether the store may use its text encoder."""
+
+    run: Way
+    says: str
+    needs_model: bool = False
+    encoders: bool = True
+
+
+WAYS: Mapping[str, Kind] = {
+    "words": Kind(run=_meaning, says="`o ~ query` by words and common knowledge, no encoder", encoders=False),
+    "encoder": Kind(run=_encoder, says="cosine of the text encoder between query and caption, alone"),
+    "clip": Kind(run=_clip, says="cosine in the map's image features, alone"),
+    "meaning": Kind(run=_meaning, says="`o ~ query`, the whole question as one meaning"),
+    "built-in": Kind(run=_built_in, says="the built-in translator"),
+    "model": Kind(run=_translated, says="a model translates", needs_model=True),
+    "model+rerank": Kind(run=_reranked, says="a model translates and re-ranks", needs_model=True),
+    "whole-map": Kind(run=_whole_map, says="a model reads the whole map, as in the paper", needs_model=True),
+}
+
+
+# -- scores -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Share:
+    """A mean with its 95 % interval by bootstrap over queries; n of them."""
+
+    mean: float
+    low: float
+    high: float
+    n: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scores:
+    """One way over one kind of queries ("all": every kind).
+
+    recall: {k: R@k}. nothing: (precision, recall) of "nothing fits", None where it was never said, or never true.
+    tokens: median per query. calls: per query. seconds: median per query, wall clock. errors: queries without answer.
+    """
+
+    way: str
+    kind: str
+    queries: int
+    recall: Mapping[int, Share]
+    mrr: Share
+    nothing: tuple[float | None, float | None]
+    n_nothing: int
+    tokens: float
+    calls: float
+    seconds: float
+    errors: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready."""
+        record: dict[str, Any] = {"way": self.way, "kind": self.kind, "queries": self.queries, "n": self.mrr.n}
+        for name, share in (*((f"R@{k}", share) for k, share in self.recall.items()), ("MRR", self.mrr)):
+            record[name] = round(share.mean, 4) if share.n else None
+            record[f"{name} 95 %"] = [round(share.low, 4), round(share.high, 4)] if share.n else None
+        record["nothing fits, precision"], record["nothing fits, recall"] = self.nothing
+        record["queries without an answer in the map"] = self.n_nothing
+        return record | {
+            "tokens, median": self.tokens,
+            "calls, mean": round(self.calls, 3),
+            "seconds, median": round(self.seconds, 4),
+            "errors": self.errors,
+        }
+
+
+def scores(way: str, results: Sequence[tuple[JudgedQuery, Outcome]]) -> list[Scores]:
+    """The scores of a way per kind of query, and of all together."""
+    kinds = list(dict.fromkeys(query.kind for query, _ in results))
+    parts = [(kind, [pair for pair in results if pair[0].kind == kind]) for kind in kinds]
+    if len(kinds) > 1:
+        parts.append(("all", list(results)))
+    return [_scored(way, kind, pairs) for kind, pairs in parts]
+
+
+def _scored(way: str, kind: str, pairs: Sequence[tuple[JudgedQuery, Outcome]]) -> Scores:
+    counted = [(query, outcome) for query, outcome in pairs if query.clear]
+    places = [
+        next((place for place, name in enumerate(outcome.ids, start=1) if name in query.clear), None)
+        for query, outcome in counted
+    ]
+    recall = {k: share([float(place is not None and place <= k) for place in places]) for k in DEPTHS}
+    truly = [not query.relevant for query, _ in pairs if query.clear or not query.relevant]
+    said = [outcome.achievable is False for query, outcome in pairs if query.clear or not query.relevant]
+    both = sum(t and s for t, s in zip(truly, said, strict=True))
+    can_say = any(outcome.achievable is not None for _, outcome in pairs)
+    return Scores(
+        way=way,
+        kind=kind,
+        queries=len(pairs),
+        recall=recall,
+        mrr=share([0.0 if place is None else 1 / place for place in places]),
+        nothing=(both / sum(said) if any(said) else None, both / sum(truly) if any(truly) and can_say else None),
+        n_nothing=sum(truly),
+        tokens=float(median(outcome.usage.tokens for _, outcome in pairs)),
+        calls=sum(outcome.usage.calls for _, outcome in pairs) / len(pairs),
+        seconds=float(median(outcome.seconds for _, outcome in pairs)),
+        errors=sum(outcome.error is not None for _, outcome in pairs),
+    )
+
+
+def share(values: Iterable[float]) -> Share:
+    """The mean of values in [0, 1], with the middle 95 % of the means of seeded resamples."""
+    given = np.asarray(list(values), np.float64)
+    n = len(given)
+    if n == 0:
+        return Share(mean=float("nan"), low=float("nan"), high=float("nan"), n=0)
+    picks = np.random.default_rng(SEED).integers(0, n, (RESAMPLES, n))
+    low, high = np.percentile(given[picks].mean(axis=1), [2.5, 97.5])
+    return Share(mean=float(given.mean()), low=float(low), high=float(high), n=n)

@@ -1,0 +1,96 @@
+"""``cgdb ask``: a question in plain words."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cgdb
+from cgdb.cli import asking, render, values
+from cgdb.errors import UsageError
+
+if TYPE_CHECKING:
+    from cgdb.asked import Answer
+    from cgdb.llm import Model
+
+
+def ask(options: Namespace) -> int:
+    """Answer one question."""
+    question = sys.stdin.read() if options.question == "-" else options.question
+    if not question and options.image is None:
+        raise UsageError("there is no question", hint='cgdb ask STORE "Something to sit on"')
+    model = chosen(options)
+    with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
+        answer = db.ask(
+            question or "", model=model, image=options.image, rerank=not options.no_rerank, scenes=options.scene or ()
+        )
+    form = options.format or "table"
+    if form == "table":
+        asking.warn(answer.warnings)
+        show(answer, why=options.why, everything=options.all)
+    elif form == "json":
+        import json
+
+        render.write(json.dumps(answer.to_dict(why=options.why), ensure_ascii=False, indent=2))
+    else:
+        asking.warn(answer.warnings)
+        asking.show(answer.result, form, why=options.why)
+    return 0
+
+
+def chosen(options: Namespace) -> Model | bool:
+    """The model that the options of a command name: none, a replay, a recorded one, or the configured one."""
+    if options.record and options.replay:
+        raise UsageError("--record and --replay exclude each other")
+    if options.no_model:
+        if options.record or options.replay:
+            raise UsageError("--no-model leaves nothing to record or replay")
+        return False
+    if options.replay:
+        from cgdb.recording import replaying
+
+        return replaying(Path(options.replay))
+    if options.record:
+        from cgdb.llm_settings import settings
+        from cgdb.recording import recording
+
+        found = settings()
+        if found is None:
+            raise UsageError(
+                "there is no language model to record",
+                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
+            )
+        return recording(found, Path(options.record))
+    return True
+
+
+def show(answer: Answer, *, why: bool = False, everything: bool = False) -> None:
+    """An answer for a person: the reason, the rows, the statement that was run, and what it cost."""
+    from rich.text import Text
+
+    out = render.console()
+    mark, style = ("✓", "bold green") if answer.achievable else ("✗", "bold yellow")
+    out.print(Text(f"{mark} {render.clean(answer.explanation)}", style=style), soft_wrap=True)
+    asking.show(answer.result, "table", why=why, everything=everything)
+    for line in answer.understood:
+        out.print(Text(f"  {render.clean(line)}", style="dim"), soft_wrap=True)
+    out.print(Text(f"  {render.clean(answer.query)}"), soft_wrap=True)
+    out.print(Text(f"  {render.clean(cost(answer))}", style="dim"), soft_wrap=True)
+
+
+def cost(answer: Answer) -> str:
+    """One line: who translated, and what it took."""
+    usage = answer.usage
+    who = "the built-in translator" if answer.how == "built-in" else f"{answer.model}, held to CGQL by {answer.how}"
+    if answer.how == "text":
+        who = f"{answer.model}, in free text"
+    if not usage.calls:
+        return f"by {who}"
+    about = "about " if usage.estimated else ""
+    calls = f"{usage.calls} call{'s' if usage.calls != 1 else ''}"
+    return (
+        f"by {who}{', re-ranked' if answer.reranked else ''}: {calls}, "
+        f"{about}{usage.prompt_tokens:,} + {usage.completion_tokens:,} tokens, {usage.seconds:.1f} s"
+    )
