@@ -22,6 +22,8 @@ _LINES = " ╶╷┌╴─┐┬╵└│├┘┴┤┼"
 """A character for each set of directions in which lines leave a cell."""
 MOST_NAMES = 40
 """Marks that are named; of more, only the numbers have room."""
+NEARBY = ((0, 0), (0, -1), (0, 1), (-2, 0), (2, 0))
+"""(columns, rows) from its thing at which a number may stand."""
 FLAT = 0.05
 """Metres below which a thing is so low that it is drawn as a point."""
 OUTLIERS = 0.01
@@ -158,7 +160,7 @@ class _Canvas:
         self._text = [[" "] * self._columns for _ in range(self._rows)]
         self._part = [[""] * self._columns for _ in range(self._rows)]
         self._lines = [[0] * self._columns for _ in range(self._rows)]
-        self._spots: dict[int, tuple[int, int, int]] = {}
+        self._spots: dict[tuple[int, Area], tuple[int, int, int]] = {}
 
     def lines(self) -> list[list[tuple[str, str]]]:
         found = []
@@ -250,18 +252,22 @@ class _Canvas:
             self._write(left + 2, top, f" {name} " if room > cell_len(name) + 1 else name, "room")
 
     def mark(self, mark: Mark) -> None:
-        """The number of a row where its thing is. Of two in one place the earlier row is seen."""
+        """The number of a row where its thing is, or a cell beside. Where there is no room the earlier row is seen."""
         text = str(mark.number)
         column, row = self._cell(*mark.area.middle)
-        column = max(0, min(column, self._columns - len(text)))
-        if any(part in ("mark", "near") for part in self._part[row][column : column + len(text)]):
-            return
-        self._write(column, row, text, "mark" if mark.fits else "near")
-        self._spots[mark.number] = (column, row, len(text))
+        for across, down in NEARBY:
+            left = max(0, min(column + across, self._columns - len(text)))
+            line = max(0, min(row + down, self._rows - 1))
+            # Two numbers side by side would read as one.
+            around = self._part[line][max(0, left - 1) : left + len(text) + 1]
+            if "mark" not in around and "near" not in around:
+                self._write(left, line, text, "mark" if mark.fits else "near")
+                self._spots[mark.number, mark.area] = (left, line, len(text))
+                return
 
     def name(self, mark: Mark) -> None:
         """What the thing is called, beside its number, above or below; nowhere if there is no room."""
-        spot = self._spots.get(mark.number)
+        spot = self._spots.get((mark.number, mark.area))
         text = mark.area.name
         if spot is None or not text:
             return
@@ -269,7 +275,10 @@ class _Canvas:
         width = cell_len(text)
         if width > 24:
             return
-        for left, line in ((column + length, row), (column - width, row), (column, row - 1), (column, row + 1)):
+        middle = column - width // 2
+        beside = ((column + length + 1, row), (column - width - 1, row))
+        over = tuple((left, line) for left in (column, middle) for line in (row - 1, row + 1))
+        for left, line in (*beside, *over):
             if not (0 <= line < self._rows and left >= 0 and left + width <= self._columns):
                 continue
             taken = self._part[line][max(0, left - 1) : left + width + 1]

@@ -132,11 +132,17 @@ def _relation_lines(
     positions = {end: view.position(end) for end in ends}
     records = view.stored(np.asarray(sorted(positions.values()), np.int64))
     lines = []
+    size = min(24, max((len(render.clean(relation.label)) for relation in shown), default=0)) + 2
     for relation in shown:
         out = relation.source == node.id
         other = records[positions[relation.target if out else relation.source]]
         arrow = f"─{relation.label}→" if out else f"←{relation.label}─"
-        line = screen.text(("", "  "), ("rule", arrow), ("id", f" #{other.id}"), ("", f" {other.tag or other.label}"))
+        line = screen.text(
+            ("", "  "),
+            ("hint", f"{render.clean(arrow):<{size}}"),
+            ("id", f" #{other.id}"),
+            ("", f" {other.tag or other.label}"),
+        )
         more = relation.origin + (f" {relation.confidence:.2f}" if relation.confidence < 1 else "")
         line.append_text(screen.text(("faint", f"  {more}")))
         lines.append(line)

@@ -39,6 +39,8 @@ class Terminal:
         command = str(Path(sys.executable).with_name("cgdb"))
         self._child = pexpect.spawn(command, [str(store)], env=variables, dimensions=(rows, columns), timeout=PATIENCE)
         self._screen = pyte.Screen(columns, rows)
+        # A terminal answers where its cursor is.
+        self._screen.write_process_input = self._child.send
         self._stream = pyte.ByteStream(self._screen)
         self.raw = b""
 
@@ -54,14 +56,11 @@ class Terminal:
         self.type(ENTER)
 
     def read(self, seconds: float = 0.05) -> None:
-        """Take what has come, and answer the question for the cursor's place that a terminal answers."""
+        """Take what has come."""
         try:
             new = self._child.read_nonblocking(65536, timeout=seconds)
         except (pexpect.TIMEOUT, pexpect.EOF):
             return
-        if b"\x1b[6n" in new:
-            row, column = self._screen.cursor.y + 1, self._screen.cursor.x + 1
-            self._child.send(f"\x1b[{row};{column}R")
         self.raw += new
         self._stream.feed(new)
 
