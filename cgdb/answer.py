@@ -17,12 +17,15 @@ from cgdb.errors import LimitError
 from cgdb.executor import Executor
 from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
+from cgdb.limits import Budget
 from cgdb.planner import Plan
 from cgdb.reasons import reasons
 from cgdb.result import Path, Row, StoredNode, StoredRelation, Value
 from cgdb.view import SceneView
 
 LARGEST_RESULT = 1_000_000
+AT_ONCE = 10_000
+"""Rows that are made between two looks at the clock."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,20 +38,20 @@ class SceneRows:
     rows: Bindings
 
 
-def answer(query: BoundQuery, parts: Sequence[SceneRows]) -> tuple[Row, ...]:
+def answer(query: BoundQuery, parts: Sequence[SceneRows], budget: Budget) -> tuple[Row, ...]:
     """The rows of the result, best first or as ORDER BY says, after SKIP and LIMIT."""
     if query.aggregates:
-        rows = _grouped(query, parts)
+        rows = _grouped(query, parts, budget)
         return tuple(rows[query.skip : None if query.limit is None else query.skip + query.limit])
     places = _ordered(query, parts)
     if query.distinct:
-        return tuple(_distinct(query, parts, places))
+        return tuple(_distinct(query, parts, places, budget))
     chosen = places[query.skip : None if query.limit is None else query.skip + query.limit]
     if len(chosen) > LARGEST_RESULT:
         raise LimitError(
             f"the result would have {len(chosen):,} rows; {LARGEST_RESULT:,} is the most", hint="add LIMIT"
         )
-    return tuple(_rows(query, parts, chosen))
+    return tuple(_rows(query, parts, chosen, budget))
 
 
 Place = tuple[int, int]
@@ -116,21 +119,18 @@ def _ranks(values: list[Any], *, descending: bool = False) -> NDArray[np.int64]:
     return np.where(null, len(values), -result if descending else result)
 
 
-def _rows(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]) -> list[Row]:
+def _rows(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place], budget: Budget) -> list[Row]:
     made: dict[Place, Row] = {}
     for number, part in enumerate(parts):
         mine = [row for p, row in places if p == number]
-        if not mine:
-            continue
-        rows = part.rows.take(np.asarray(mine, np.int64))
-        columns = [_values(part, column.expression, rows) for column in query.returns]
-        for i, row in enumerate(mine):
-            made[(number, row)] = Row(
-                tuple(column[i] for column in columns),
-                float(rows.truth.degree[i]),
-                bool(rows.truth.fits[i]),
-                _explainer(query, part, rows, i),
-            )
+        for start in range(0, len(mine), AT_ONCE):
+            budget.check()
+            some = mine[start : start + AT_ONCE]
+            rows = part.rows.take(np.asarray(some, np.int64))
+            columns = [_values(part, column.expression, rows) for column in query.returns]
+            degrees, fits = rows.truth.degree.tolist(), rows.truth.fits.tolist()
+            for i, values in enumerate(zip(*columns, strict=True)):
+                made[(number, some[i])] = Row(values, degrees[i], fits[i], _explainer(query, part, rows, i))
     return [made[place] for place in places]
 
 
@@ -138,13 +138,13 @@ def _explainer(query: BoundQuery, part: SceneRows, rows: Bindings, i: int) -> Ca
     return lambda: reasons(query, part.plan, part.view, part.executor, rows.take(np.asarray([i])))
 
 
-def _distinct(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]) -> list[Row]:
+def _distinct(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place], budget: Budget) -> list[Row]:
     wanted = None if query.limit is None else query.skip + query.limit
     seen: set[Any] = set()
     kept: list[Row] = []
     step = 1000
     for start in range(0, len(places), step):
-        for row in _rows(query, parts, places[start : start + step]):
+        for row in _rows(query, parts, places[start : start + step], budget):
             identity = tuple(map(_identity, row.values))
             if identity not in seen:
                 seen.add(identity)
@@ -211,7 +211,7 @@ def _path(view: SceneView, way: tuple[int, ...], asked: BoundEdge) -> Path:
 # -- aggregates -------------------------------------------------------------------------------------------------
 
 
-def _grouped(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Row]:
+def _grouped(query: BoundQuery, parts: Sequence[SceneRows], budget: Budget) -> list[Row]:
     """One row per combination of the columns that are no aggregates, over the rows that fit."""
     by = [i for i, column in enumerate(query.returns) if not _aggregates(column.expression)]
     groups: dict[tuple[Any, ...], list[tuple[SceneRows, int]]] = {}
@@ -221,6 +221,8 @@ def _grouped(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Row]:
         fitting = SceneRows(view=part.view, executor=part.executor, plan=part.plan, rows=rows)
         columns = [_values(part, query.returns[i].expression, rows) for i in by]
         for row in range(rows.n):
+            if row % AT_ONCE == 0:
+                budget.check()
             values = tuple(column[row] for column in columns)
             identity = tuple(map(_identity, values))
             groups.setdefault(identity, []).append((fitting, row))
@@ -230,6 +232,7 @@ def _grouped(query: BoundQuery, parts: Sequence[SceneRows]) -> list[Row]:
         shown[()] = ()
     result = []
     for identity, members in groups.items():
+        budget.check()
         cells = dict(zip(by, shown[identity], strict=True))
         values = tuple(
             cells[i] if i in cells else _aggregate(column.expression, members) for i, column in enumerate(query.returns)

@@ -111,6 +111,7 @@ class BoundQuery:
 
     meanings: what each Similar and edge ``~`` compares with. subpatterns: the matches of pattern conditions, by the
     condition. conditions: all that a row is asked, in the order written (pattern conditions first, then WHERE).
+    given: the parameter that a value at this place of the text was given by.
     """
 
     mode: ast.Mode
@@ -125,6 +126,7 @@ class BoundQuery:
     rerank: tuple[str, int] | None
     skip: int
     limit: int | None
+    given: Mapping[Span, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
 
@@ -152,6 +154,7 @@ class _Binder:
         self._parameters = parameters
         self._meanings: dict[ast.Meaning, Meaning] = {}
         self._subpatterns: dict[ast.Pattern, BoundMatch] = {}
+        self._given: dict[Span, str] = {}
         self._warnings: list[str] = []
         self._anonymous = 0
 
@@ -178,6 +181,7 @@ class _Binder:
             rerank=self._rerank(query.rerank),
             skip=self._count(query.skip, "SKIP") or 0,
             limit=self._count(query.limit, "LIMIT"),
+            given=self._given,
             warnings=tuple(dict.fromkeys(self._warnings)),
         )
 
@@ -327,8 +331,9 @@ class _Binder:
         if isinstance(value, Vector):
             return VectorMeaning(parameter=item.name, vector=value)
         try:
-            values = np.asarray(value, dtype=np.float32)
-        except (TypeError, ValueError):
+            with np.errstate(over="ignore"):
+                values = np.asarray(value, dtype=np.float32)
+        except (TypeError, ValueError, OverflowError):
             values = np.empty(0, np.float32)
         if values.ndim != 1 or not values.size or isinstance(value, (bool, int, float)):
             raise BindError(
@@ -414,7 +419,10 @@ class _Binder:
             case ast.ObjectRef():
                 return item, "node"
             case ast.Parameter():
-                return self._expression(self._literal(self._parameter(item), item), scope)
+                value = self._literal(self._parameter(item), item)
+                if item.span != ast.NOWHERE:
+                    self._given[item.span] = item.name
+                return value, _KINDS[type(value)]
             case ast.ListOf():
                 return replace(item, items=tuple(self._member(x, scope) for x in item.items)), "list"
             case ast.Variable():
@@ -646,7 +654,9 @@ class _Binder:
                 or (f"given: {one_of(self._parameters)}" if self._parameters else "no parameters were given"),
                 span=item.span,
             )
-        return self._parameters[item.name]
+        value = self._parameters[item.name]
+        check_value(item.name, value, item.span)
+        return value
 
     def _literal(self, value: Any, item: ast.Parameter) -> ast.Expression:
         if value is None:
@@ -664,12 +674,39 @@ class _Binder:
         if isinstance(value, (list, tuple, set, frozenset, np.ndarray)):
             items = value.tolist() if isinstance(value, np.ndarray) else list(value)
             if not any(isinstance(x, (list, tuple, set, dict)) for x in items):
+                for x in items:
+                    check_value(item.name, x, item.span)
                 return ast.ListOf(items=tuple(self._literal(x, item) for x in items), span=item.span)
         raise BindError(
             f"parameter ${item.name} is {type(value).__name__}; it can be text, a number, true or false, null, "
             "a list of these, or (after '~') a vector",
             span=item.span,
         )
+
+
+_KINDS: Mapping[type[ast.Syntax], str] = {
+    ast.Null: "any",
+    ast.Boolean: "boolean",
+    ast.Number: "number",
+    ast.Text: "text",
+    ast.ListOf: "list",
+}
+"""The kind of a value that a parameter gives."""
+
+
+def check_value(name: str, value: Any, span: Span) -> None:
+    """Refuse what no store can hold: half a character, a whole number beyond 63 bits."""
+    if isinstance(value, str):
+        try:
+            value.encode("utf-8")
+        except UnicodeEncodeError as error:
+            raise BindError(
+                f"parameter ${name} holds half a character (U+{ord(value[error.start]):04X})",
+                hint="read the text as UTF-8",
+                span=span,
+            ) from None
+    elif isinstance(value, int) and not -(2**63) < value < 2**63:
+        raise BindError(f"parameter ${name} is a whole number of more than 63 bits", span=span)
 
 
 def _has_aggregate(item: ast.Expression) -> bool:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from cgdb import cypher
 from cgdb.binder import BoundQuery
 from cgdb.catalog import Catalog
-from cgdb.grammar.printer import to_text
 from cgdb.planner import Plan
-from cgdb.reasons import meaning_text
+from cgdb.reasons import asked, meaning_text
 
 if TYPE_CHECKING:
     from cgdb.executor import Profile
@@ -30,7 +29,7 @@ def plan_text(
         lines.append(f"{len(lines) + 1}. {text}{about}")
 
     for name, test in plan.filters:
-        step(f"filter: {name} by {to_text(test)}", f"filter {id(test)}")
+        step(f"filter: {name} by {asked(test, query)}", f"filter {id(test)}")
     if plan.seed is not None:
         text = meaning_text(query.meanings[plan.seed.meaning])
         step(
@@ -53,13 +52,13 @@ def plan_text(
             f"path {edge.name}",
         )
     for number, condition in enumerate(plan.hidden):
-        step(f"weigh: {to_text(condition)} (best match counts)", f"condition {number} {id(condition)}")
+        step(f"weigh: {asked(condition, query)} (best match counts)", f"condition {number} {id(condition)}")
     for number, condition in enumerate(plan.conditions):
-        step(f"weigh: {to_text(condition)}", f"condition {number} {id(condition)}")
+        step(f"weigh: {asked(condition, query)}", f"condition {number} {id(condition)}")
     if query.aggregates:
         step("group: " + ", ".join(column.name for column in query.returns))
     if query.order:
-        keys = (to_text(item.expression) + (" DESC" if item.descending else "") for item in query.order)
+        keys = (asked(item.expression, query) + (" DESC" if item.descending else "") for item in query.order)
         step("order: " + ", ".join(keys))
     elif not query.aggregates:
         step("order: best score first")

@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cgdb.answer import SceneRows, answer
-from cgdb.binder import BoundQuery, bind
+from cgdb.binder import BoundQuery, bind, check_value
 from cgdb.catalog import merge
 from cgdb.cypher import parts
-from cgdb.errors import BindError, CgdbError, did_you_mean, one_of
+from cgdb.errors import BindError, CgdbError, SceneError, did_you_mean, one_of
 from cgdb.executor import Executor, Profile, meanings_of
 from cgdb.explain import plan_text
 from cgdb.grammar import ast
@@ -62,7 +62,7 @@ def run(
         if tree.mode is not ast.Mode.EXPLAIN:
             parts = _executed(bound, made, views, budget, profile)
             lap("execute")
-            rows = answer(_before_ranking(bound), parts)
+            rows = answer(_before_ranking(bound), parts, budget)
             lap("answer")
             if bound.rerank is not None:
                 rows, more_warnings = _ranked(bound, rows, model)
@@ -132,13 +132,18 @@ def _given(item: ast.Parameter, parameters: Mapping[str, Any]) -> Any:
         raise BindError(
             f"parameter ${item.name} was not given", hint=did_you_mean(item.name, parameters), span=item.span
         )
+    check_value(item.name, parameters[item.name], item.span)
     return parameters[item.name]
 
 
 def check_ids(bound: BoundQuery, views: Sequence[SceneView]) -> None:
     """An id that no scene has is a slip of the pen, and said so; one that some scenes lack stands for none there."""
     for item in sorted(_references(bound), key=lambda item: item.span.start):
-        if all(view.find(item.id) is None for view in views):
+        try:
+            missing = all(view.find(item.id) is None for view in views)
+        except SceneError as error:
+            raise BindError(error.message, span=item.span) from None
+        if missing:
             names = one_of((view.info.name for view in views), most=4)
             raise BindError(f"there is no object or place #{item.id} in {names}", span=item.span)
 

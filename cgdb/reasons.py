@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from cgdb import cypher
 from cgdb.binder import BoundEdge, BoundQuery, LikeMeaning, Meaning, TextMeaning
 from cgdb.bindings import Bindings
+from cgdb.errors import Span
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.planner import Plan
@@ -86,12 +88,12 @@ def _condition_reason(
                     reason = _edge_reason(edge, view, best, names)
                     evidence[reason.asked] = round(reason.degree, 3)
             else:
-                evidence[_text(item)] = "no such neighbour"
+                evidence[_text(item, query)] = "no such neighbour"
         elif isinstance(item, ast.Call) or (isinstance(item, ast.Property) and item.variable in row.nodes):
             value = executor.evaluator.value(item, row).tolist()[0]
             value = None if value != value else value  # NaN is how a column says null
-            evidence[_text(item)] = round(value, 3) if isinstance(value, float) else value
-    return Reason(asked=_text(condition), degree=degree, evidence=evidence)
+            evidence[_text(item, query)] = round(value, 3) if isinstance(value, float) else value
+    return Reason(asked=_text(condition, query), degree=degree, evidence=evidence)
 
 
 def _leaves(item: object) -> list[object]:
@@ -117,7 +119,28 @@ def meaning_text(meaning: Meaning) -> str:
     return f"#{meaning.id}" if isinstance(meaning, LikeMeaning) else f"${meaning.parameter}"
 
 
-def _text(item: ast.Expression) -> str:
-    text = to_text(item)
+def asked(item: ast.Expression, query: BoundQuery) -> str:
+    """A condition or value in the words of the statement: parameters by their names, not their values."""
+    return to_text(_with_names(item, query.given) if query.given else item)
+
+
+_GIVEN = (ast.Text, ast.Number, ast.Boolean, ast.Null, ast.ListOf)
+
+
+def _with_names(item: Any, given: Mapping[Span, str]) -> Any:
+    if isinstance(item, _GIVEN) and item.span in given:
+        return ast.Parameter(name=given[item.span], span=item.span)
+    changed: dict[str, Any] = {}
+    for name in item.__slots__:
+        value = getattr(item, name)
+        if isinstance(value, ast.Syntax):
+            changed[name] = _with_names(value, given)
+        elif isinstance(value, tuple) and value and isinstance(value[0], ast.Syntax):
+            changed[name] = tuple(_with_names(one, given) for one in value)
+    return replace(item, **changed) if changed else item
+
+
+def _text(item: ast.Expression, query: BoundQuery) -> str:
+    text = asked(item, query)
     # A node without a name has one of the binder's, which nobody wrote.
     return text if len(text) <= 120 else text[:117] + "..."

@@ -45,7 +45,8 @@ class Engine:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env={**os.environ, "CGDB_GRAPH_ENGINE": name},
+            # Without a language model, whatever is configured here: what one says is no matter of the language.
+            env={k: v for k, v in os.environ.items() if not k.startswith("CGDB_LLM")} | {"CGDB_GRAPH_ENGINE": name},
         )
         self.answers = cache(self._answers)
 
