@@ -11,7 +11,7 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -29,12 +29,6 @@ examples:
 exit codes: 0 done, 1 check found something, 2 command line, 3 query text or names, 4 query failed or outgrew a limit,
 5 map or scene, 6 store, 7 store busy, 8 damaged data, 9 missing package or model, 70 a bug, 130 interrupted
 """
-
-
-COMMANDS = frozenset(
-    ["demo", "import", "encode", "query", "search", "shell", "plot", "info", "log", "diff", "check", "export", "remove"]
-)
-"""The commands; tests/test_shell.py holds this against the parser."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -62,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
-    options, left = parser.parse_known_args(_with_shell(arguments))
+    options, left = parser.parse_known_args(_with_shell(arguments, parser.commands))
     # Before Python 3.13 argparse does not see an optional word that follows a flag: plot STORE -o FILE CGQL.
     if left and getattr(options, "text", "") is None and not left[0].startswith("-"):
         options.text, *left = left
@@ -71,10 +65,10 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def _with_shell(arguments: Sequence[str]) -> list[str]:
+def _with_shell(arguments: Sequence[str], commands: Container[str]) -> list[str]:
     """`cgdb STORE` is `cgdb shell STORE`, where STORE is a folder that is called as no command is."""
     given = list(arguments)
-    if given and not given[0].startswith("-") and given[0] not in COMMANDS and os.path.isdir(given[0]):  # noqa: PTH112
+    if given and not given[0].startswith("-") and given[0] not in commands and os.path.isdir(given[0]):  # noqa: PTH112
         return ["shell", *given]
     return given
 
@@ -88,7 +82,9 @@ def _say(text: str) -> None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse, with this project's kind of error."""
+    """argparse, with this project's kind of error. commands: what there is to call."""
+
+    commands: Container[str] = ()
 
     def error(self, message: str) -> NoReturn:
         hint = f"{self.prog} --help"
@@ -98,7 +94,7 @@ class _Parser(argparse.ArgumentParser):
         raise UsageError(message, hint=hint)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> _Parser:
     parser = _Parser(
         prog="cgdb",
         description="An embedded store for the 3D scene graphs that robots make: import a map, ask it, get it out.",
@@ -112,6 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     _shell(commands)
     _models(commands)
     _store(commands)
+    parser.commands = commands.choices
     return parser
 
 
