@@ -1,0 +1,131 @@
+"""Words of a question with their places in it, and tables of phrases that are found among them, the longest first."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+def listed(text: str) -> frozenset[str]:
+    """A set of words from a text."""
+    return frozenset(text.split())
+
+
+_WORD = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_][^\W_]*(?:['\-&.][^\W_]+)*'?|[^\W_]+|[,;:.!?()/\"]")
+_CONTRACTED: Mapping[str, tuple[str, str]] = {
+    "n't": ("", "not"), "'re": ("", "are"), "'ve": ("", "have"), "'ll": ("", "will"), "'m": ("", "am"),
+    "'d": ("", "would"),
+}  # fmt: skip
+_IS_AFTER = listed("that this it what where there here who which he she how everything something")
+_BARE: Mapping[str, tuple[str, ...]] = {
+    "can't": ("can", "not"), "won't": ("will", "not"), "cannot": ("can", "not"), "cant": ("can", "not"),
+    "dont": ("do", "not"), "doesnt": ("does", "not"), "isnt": ("is", "not"), "arent": ("are", "not"),
+    "wouldnt": ("would", "not"), "shouldnt": ("should", "not"), "didnt": ("did", "not"), "wont": ("will", "not"),
+    "whats": ("what", "is"), "wheres": ("where", "is"), "im": ("i", "am"), "thats": ("that", "is"),
+    "theres": ("there", "is"), "let's": ("let", "us"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """One word or punctuation mark: its form (lower case, contractions opened) and text[start:end] where it stands.
+
+    "isn't" is two words, "is" and "not", that share the letters of one; the second of them is empty in the text.
+    """
+
+    form: str
+    start: int
+    end: int
+
+
+def cleaned(text: str) -> str:
+    """One line in compatibility form (NFKC), with plain apostrophes and without what cannot be printed."""
+    folded = unicodedata.normalize("NFKC", text).translate({0x2019: "'", 0x2018: "'", 0x201C: '"', 0x201D: '"'})
+    plain = "".join(c if unicodedata.category(c)[0] not in "CZ" or c == " " else " " for c in folded)
+    return " ".join(plain.split())
+
+
+def words(text: str) -> tuple[Word, ...]:
+    """The words and punctuation marks of a cleaned text."""
+    found: list[Word] = []
+    for match in _WORD.finditer(text):
+        form, start, end = match[0].casefold().rstrip("'"), match.start(), match.end()
+        for part, first in _opened(form):
+            # The text of an opened contraction stays with its first part.
+            found.append(Word(part, start, end if first else start))
+    return tuple(found)
+
+
+def _opened(form: str) -> Iterable[tuple[str, bool]]:
+    if form in _BARE:
+        return [(part, i == 0) for i, part in enumerate(_BARE[form])]
+    for ending, (_, second) in _CONTRACTED.items():
+        if form.endswith(ending) and len(form) > len(ending):
+            return [(form.removesuffix(ending), True), (second, False)]
+    if form.endswith("'s") and form[:-2] in _IS_AFTER:
+        return [(form[:-2], True), ("is", False)]
+    return [(form, True)]
+
+
+def stretch(text: str, found: Sequence[Word]) -> str:
+    """The text from the first of some words to the last, as it was written, without marks at its ends."""
+    return text[found[0].start : max(word.end for word in found)].strip(' ,;:.!?"()/') if found else ""
+
+
+def joined(text: str, found: Sequence[Word]) -> str:
+    """As stretch, without the words in between that are not among the given ones."""
+    runs: list[list[Word]] = []
+    for word in found:
+        if runs and not any(c.isalnum() for c in text[runs[-1][-1].end : word.start]):
+            runs[-1].append(word)
+        else:
+            runs.append([word])
+    return " ".join(part for run in runs if (part := stretch(text, run)))
+
+
+class Phrases(Generic[T]):
+    """A table of phrases with a value each.
+
+    A line is ``value: phrase, phrase``; in a phrase ``a|b`` stands for either word, ``a?`` for one that may be missing.
+    """
+
+    def __init__(self, table: Mapping[T, str]) -> None:
+        self._by_first: dict[str, list[tuple[tuple[str, ...], T]]] = {}
+        for value, phrases in table.items():
+            for phrase in re.sub(r"\|\s+", "|", phrases).split(","):
+                for forms in _spelled(phrase.split()):
+                    self._by_first.setdefault(forms[0], []).append((forms, value))
+        for entries in self._by_first.values():
+            entries.sort(key=lambda entry: -len(entry[0]))
+
+    def at(self, found: Sequence[Word], i: int) -> tuple[int, T] | None:
+        """(number of words, value) of the longest phrase that begins at word i."""
+        for forms, value in self._by_first.get(found[i].form, ()) if i < len(found) else ():
+            if all(i + k < len(found) and found[i + k].form == form for k, form in enumerate(forms)):
+                return len(forms), value
+        return None
+
+    def only(self, text: str) -> T | None:
+        """The value of a text that is one of the phrases, and nothing else."""
+        found = words(text.casefold())
+        hit = self.at(found, 0) if found else None
+        return hit[1] if hit is not None and hit[0] == len(found) else None
+
+
+def _spelled(parts: Sequence[str]) -> Iterable[tuple[str, ...]]:
+    """All ways to say a phrase, without the empty one."""
+    choices = []
+    for part in parts:
+        optional = part.endswith("?")
+        either = part.rstrip("?").split("|")
+        choices.append([*either, ""] if optional else either)
+    for way in product(*choices):
+        forms = tuple(form for form in way if form)
+        if forms:
+            yield forms
