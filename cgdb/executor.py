@@ -15,6 +15,7 @@ from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always,
 from cgdb.evaluate import Evaluator
 from cgdb.grammar import ast
 from cgdb.limits import Budget
+from cgdb.near import joined, near_pairs
 from cgdb.neighbours import expand
 from cgdb.paths import follow
 from cgdb.planner import FIRST_BATCH, Plan, Seed, plan_condition
@@ -22,8 +23,9 @@ from cgdb.planner import FIRST_BATCH, Plan, Seed, plan_condition
 if TYPE_CHECKING:
     from cgdb.view import SceneView
 
-SMALL = 2_000
-"""Up to so many known keys are looked up one by one in the graph index; above, all are asked for, then joined."""
+
+FEW_PAIRS = 10_000
+"""Up to so many pairs are all tried: a grid costs more than they do."""
 
 
 @dataclass(slots=True)
@@ -138,9 +140,7 @@ class Executor:
             started = time.perf_counter()
             found = self._component(component, known)
             self._profile.add(f"component {number}", found.n, time.perf_counter() - started)
-            if rows is not None:
-                self._budget.check_rows(rows.n * found.n)
-            rows = found if rows is None else _without_shared_edges(rows.cross(found), rows.edges, found.edges)
+            rows = found if rows is None else self._paired(plan, rows, found)
         assert rows is not None, "a match has at least one node"
         for edge in plan.paths:
             self._budget.check()
@@ -153,6 +153,19 @@ class Executor:
         if collapse and (unnamed or any(not edge.named for edge in plan.match.edges)):
             rows = rows.best_per(self._row_identity(plan, rows))
         return self._conditions(rows, plan.conditions)
+
+    def _paired(self, plan: Plan, rows: Bindings, found: Bindings) -> Bindings:
+        """Rows of two components together: those that a distance brings near, else every one with every other."""
+        for near in plan.near:
+            for here, there in ((near.one, near.other), (near.other, near.one)):
+                if here in rows.nodes and there in found.nodes and rows.n * found.n > FEW_PAIRS:
+                    boxes = self._view.columns.boxes
+                    one, other = np.unique(rows.nodes[here]), np.unique(found.nodes[there])
+                    pairs = near_pairs(boxes, one, other, near.metres, self._budget)
+                    both = joined(rows, found, here, there, pairs, self._budget)
+                    return _without_shared_edges(both, rows.edges, found.edges)
+        self._budget.check_rows(rows.n * found.n)
+        return _without_shared_edges(rows.cross(found), rows.edges, found.edges)
 
     def _reached_by_path(self, plan: Plan, component: cypher.Component) -> bool:
         """Whether a node without conditions of its own is the end of a path, which will bring it."""
@@ -214,10 +227,9 @@ class Executor:
         mine = {node.name: known[node.name] for node in component.nodes if node.name in known}
         if any(not len(positions) for positions in mine.values()):
             return _no_rows([node.name for node in component.nodes], [edge.name for edge in component.edges])
-        if mine and component.edges:
+        if mine:
             return self._expanded(component, mine)
-        keys = {name: columns.keys[positions].tolist() for name, positions in mine.items() if len(positions) <= SMALL}
-        statement = cypher.statement(component, keys)
+        statement = cypher.statement(component)
         table = self._view.graph.run(statement.text, statement.parameters, timeout_s=self._budget.remaining)
         self._budget.check_rows(len(table))
         nodes = {name: columns.positions(np.asarray(table.data[i], np.int64)) for i, name in enumerate(statement.nodes)}
@@ -236,12 +248,7 @@ class Executor:
                 origin=_texts(origin),
                 explanation=_texts(explanation),
             )
-        rows = Bindings(n=len(table), nodes=nodes, edges=edges, truth=always(len(table)))
-        for name, positions in mine.items():
-            if name not in keys:
-                kept = np.isin(rows.nodes[name], positions)
-                rows = rows if kept.all() else rows.take(np.flatnonzero(kept))
-        return _in_order(rows)
+        return _in_order(Bindings(n=len(table), nodes=nodes, edges=edges, truth=always(len(table))))
 
     def _expanded(self, component: cypher.Component, known: Mapping[str, Positions]) -> Bindings:
         """The rows of a component of which some nodes are known: from the fewest of them over their relations."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from cgdb import cypher
 from cgdb.binder import BoundQuery
 from cgdb.catalog import Catalog
-from cgdb.planner import Plan
+from cgdb.planner import Plan, known_nodes
 from cgdb.reasons import asked, meaning_text
 
 if TYPE_CHECKING:
@@ -37,14 +37,20 @@ def plan_text(
             f"vectors {plan.seed.node}",
             float(catalog.n_nodes),
         )
+    known = known_nodes(plan)
     for number, component in enumerate(plan.components):
         estimate = plan.estimates[number] if number < len(plan.estimates) else None
-        if component.edges or component.pushed:
-            one_line = " ".join(cypher.statement(component, {}).text.split())
+        begin = [node.name for node in component.nodes if node.name in known]
+        if begin and (component.edges or component.pushed):
+            step(f"neighbours: {_followed(component)} from {' or '.join(begin)}", f"component {number}", estimate)
+        elif component.edges or component.pushed:
+            one_line = " ".join(cypher.statement(component).text.split())
             step(f"graph: {one_line}", f"component {number}", estimate)
         else:
             node = component.nodes[0]
             step(f"scan: {node.label or 'nodes'} as {node.name}", f"component {number}", estimate)
+    for near in plan.near:
+        step(f"near: {near.one} and {near.other} within {near.metres:g} m, where they are not matched together")
     for edge in plan.paths:
         labels = "|".join(edge.labels) or "any relation"
         step(
@@ -71,3 +77,12 @@ def plan_text(
     if profile is not None:
         lines.append("   " + ", ".join(f"{stage} {1000 * seconds:.2f} ms" for stage, seconds in timings.items()))
     return "\n".join(lines)
+
+
+def _followed(component: cypher.Component) -> str:
+    edges = [
+        f"({edge.source})-[{':' if edge.labels else ''}{'|'.join(edge.labels)}]-{'>' * edge.directed}({edge.target})"
+        for edge in component.edges
+    ]
+    tests = " AND ".join(to_text(condition) for condition in component.pushed)
+    return (", ".join(edges) or f"({component.nodes[0].name})") + (f" where {tests}" if tests else "")

@@ -14,18 +14,18 @@ from cgdb.cypher import Component, pushable, variables
 from cgdb.grammar import ast
 
 # Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.
-GRAPH_ROW = 3e-6
-"""Of one row of a graph step."""
-GRAPH_STEP = 1.5e-3
-"""Of any graph step."""
-DEGREE = 0.4e-6
-"""Of the degree of one object when all of a scene are computed together."""
+GRAPH_STEP, GRAPH_NODE, GRAPH_ROW = 1.5e-3, 0.06e-6, 5e-6
+"""Of a statement of the graph index: of any, for each node that there is, and for each row that it gives."""
+SCAN = 0.03e-6
+"""Of a node taken as it is."""
+NEIGHBOUR = 0.5e-6
+"""Of following the relations of a known node."""
 TEST = 0.2e-6
 """Of a comparison for one node when all are compared together."""
-LOOKUP = 10e-6
-"""Of one key that a graph step starts from ..."""
-KEY_TEST = 0.5e-9
-"""... and of comparing it with one node."""
+PATTERN = 1e-6
+"""Of a pattern used as a condition, or of a path, for one row."""
+SORT, BATCH = 0.1e-6, 0.5e-3
+"""Of the vectors: of each node that is put in order of its degree, and of each batch of candidates."""
 FIRST_BATCH = 64
 """Candidates that a search from the vectors brings to the graph first; each later batch is four times as large."""
 
@@ -39,12 +39,21 @@ class Seed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Near:
+    """Two nodes that must lie within a distance: brought together by a grid, not by trying all pairs."""
+
+    one: str
+    other: str
+    metres: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
     """How a match is carried out, in this order.
 
     filters: (node, condition) pairs, tested on all nodes of its label before anything is matched. components: matched
     in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden: conditions on unnamed
-    nodes, whose best match counts. conditions: the rest, cheapest first. seed: start from the vectors, None: from the
+    nodes, whose best match counts. conditions: the rest, cheapest first. near: components that a distance joins. seed: start from the vectors, None: from the
     graph. top: rows that are enough, None: all. estimates: {component: rows}.
     """
 
@@ -54,6 +63,7 @@ class Plan:
     paths: tuple[BoundEdge, ...] = ()
     hidden: tuple[ast.Expression, ...] = ()
     conditions: tuple[ast.Expression, ...] = ()
+    near: tuple[Near, ...] = ()
     seed: Seed | None = None
     top: int | None = None
     estimates: tuple[float, ...] = ()
@@ -145,6 +155,13 @@ def order_conditions(draft: _Draft) -> _Draft:
     return replace(draft, plan=replace(draft.plan, conditions=ordered), pending=())
 
 
+def join_near(draft: _Draft) -> _Draft:
+    """A distance that two nodes must keep below a constant brings components together, by a grid over their boxes."""
+    found = [near for condition in draft.plan.conditions if (near := _near(condition)) is not None]
+    known = [near for near in found if {near.one, near.other} <= set(draft.plan.match.nodes)]
+    return replace(draft, plan=replace(draft.plan, near=tuple(known)))
+
+
 def estimate_rows(draft: _Draft) -> _Draft:
     """How many rows each component gives, from the counts of the catalog."""
     estimates = tuple(_rows(part, draft.catalog) for part in draft.plan.components)
@@ -190,17 +207,8 @@ def choose_start(draft: _Draft) -> _Draft:
         for condition in made.conditions
         if isinstance(condition, ast.Similar) and made.match.nodes[condition.variable].id is None
     ]
-    if seeds and top > 0:
-        rows = 1.0
-        for estimate in made.estimates:
-            rows *= max(estimate, 1.0)
-        objects = max(draft.catalog.n_nodes, 1)
-        tried = min(objects, max(FIRST_BATCH, 4 * top))
-        structural = any(part.edges or part.pushed for part in made.components)
-        lookups = GRAPH_STEP + tried * (LOOKUP + objects * KEY_TEST) if structural else tried * GRAPH_ROW
-        from_vectors = objects * DEGREE + lookups + rows * tried / objects * GRAPH_ROW
-        if from_vectors < rows * GRAPH_ROW:
-            made = replace(made, seed=seeds[0])
+    if seeds and top > 0 and _vectors_cost(draft, made, top) < _graph_cost(draft, made):
+        made = replace(made, seed=seeds[0])
     return replace(draft, plan=made)
 
 
@@ -210,10 +218,55 @@ RULES: tuple[Rule, ...] = (
     push_conditions,
     split_hidden,
     order_conditions,
+    join_near,
     estimate_rows,
     filter_first,
     choose_start,
 )
+
+
+# -- costs ------------------------------------------------------------------------------------------------------
+
+
+def known_nodes(plan: Plan) -> frozenset[str]:
+    """The nodes whose candidates are known before anything is matched: a component that has one starts from it."""
+    ids = {node.name for node in plan.match.nodes.values() if node.id is not None}
+    return frozenset(ids | {name for name, _ in plan.filters} | ({plan.seed.node} if plan.seed else set()))
+
+
+def _graph_cost(draft: _Draft, made: Plan) -> float:
+    """Seconds to match everything and weigh it."""
+    known, nodes = known_nodes(made), draft.catalog.n_nodes
+    cost = _all_rows(made) * PATTERN * _patterns(made)
+    for part, rows in zip(made.components, made.estimates, strict=True):
+        if not part.edges and not part.pushed:
+            cost += rows * SCAN
+        elif any(node.name in known for node in part.nodes):
+            cost += (nodes * _RANGE + rows) * NEIGHBOUR
+        else:
+            cost += GRAPH_STEP + nodes * GRAPH_NODE + rows * GRAPH_ROW
+    return cost
+
+
+def _vectors_cost(draft: _Draft, made: Plan, top: int) -> float:
+    """Seconds to match the best candidates until enough rows are found: the rarer the matches, the more are tried."""
+    nodes, rows = max(draft.catalog.n_nodes, 1), _all_rows(made)
+    tried = min(nodes, max(FIRST_BATCH, 4 * top * nodes / rows))
+    share = rows * tried / nodes
+    return nodes * SORT + BATCH + (tried + share) * NEIGHBOUR + share * PATTERN * _patterns(made)
+
+
+def _all_rows(made: Plan) -> float:
+    rows = 1.0
+    for estimate in made.estimates:
+        rows *= max(estimate, 1.0)
+    return rows
+
+
+def _patterns(made: Plan) -> int:
+    """How many paths and patterns used as conditions a row is asked."""
+    weighed = (*made.hidden, *made.conditions)
+    return len(made.paths) + sum(isinstance(x, ast.PatternCondition) for item in weighed for x in _inside(item))
 
 
 # -- estimates --------------------------------------------------------------------------------------------------
@@ -252,6 +305,25 @@ def _is_test(condition: ast.Expression) -> bool:
         isinstance(item, weighed) or (isinstance(item, ast.Call) and item.name == "score")
         for item in _inside(condition)
     )
+
+
+def _near(condition: ast.Expression) -> Near | None:
+    match condition:
+        case ast.Comparison(
+            op="<" | "<=", left=ast.Call(name="distance", arguments=ends), right=ast.Number(value=limit)
+        ):
+            pass
+        case ast.Comparison(
+            op=">" | ">=", left=ast.Number(value=limit), right=ast.Call(name="distance", arguments=ends)
+        ):
+            pass
+        case _:
+            return None
+    one, other = ends[:2]
+    if not isinstance(one, ast.Variable) or not isinstance(other, ast.Variable) or one.name == other.name or limit < 0:
+        return None
+    # Centers are never nearer than the boxes around them, so this holds for both ways to measure.
+    return Near(one=one.name, other=other.name, metres=float(limit))
 
 
 def _cost(condition: ast.Expression) -> int:
