@@ -42,7 +42,7 @@ def plan_text(
         estimate = plan.estimates[number] if number < len(plan.estimates) else None
         begin = [node.name for node in component.nodes if node.name in known]
         if begin and (component.edges or component.pushed):
-            step(f"neighbours: {_followed(component)} from {' or '.join(begin)}", f"component {number}", estimate)
+            step(f"neighbours: {_followed(component, query)} from {' or '.join(begin)}", f"component {number}", estimate)
         elif component.edges or component.pushed:
             one_line = " ".join(cypher.statement(component).text.split())
             step(f"graph: {one_line}", f"component {number}", estimate)
@@ -79,10 +79,10 @@ def plan_text(
     return "\n".join(lines)
 
 
-def _followed(component: cypher.Component) -> str:
+def _followed(component: cypher.Component, query: BoundQuery) -> str:
     edges = [
         f"({edge.source})-[{':' if edge.labels else ''}{'|'.join(edge.labels)}]-{'>' * edge.directed}({edge.target})"
         for edge in component.edges
     ]
-    tests = " AND ".join(to_text(condition) for condition in component.pushed)
+    tests = " AND ".join(asked(condition, query) for condition in component.pushed)
     return (", ".join(edges) or f"({component.nodes[0].name})") + (f" where {tests}" if tests else "")
