@@ -53,7 +53,8 @@ class Plan:
 
     filters: (node, condition) pairs, tested on all nodes of its label before anything is matched. components: matched
     in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden: conditions on unnamed
-    nodes, whose best match counts. conditions: the rest, cheapest first. near: components that a distance joins. seed: start from the vectors, None: from the
+    nodes, whose best match counts. conditions: the rest, cheapest first. near: what a distance
+    joins. seed: start from the vectors, None: from the
     graph. top: rows that are enough, None: all. estimates: {component: rows}.
     """
 
@@ -308,22 +309,18 @@ def _is_test(condition: ast.Expression) -> bool:
 
 
 def _near(condition: ast.Expression) -> Near | None:
-    match condition:
-        case ast.Comparison(
-            op="<" | "<=", left=ast.Call(name="distance", arguments=ends), right=ast.Number(value=limit)
-        ):
-            pass
-        case ast.Comparison(
-            op=">" | ">=", left=ast.Number(value=limit), right=ast.Call(name="distance", arguments=ends)
-        ):
-            pass
-        case _:
-            return None
-    one, other = ends[:2]
-    if not isinstance(one, ast.Variable) or not isinstance(other, ast.Variable) or one.name == other.name or limit < 0:
+    if not isinstance(condition, ast.Comparison):
+        return None
+    small, large = (condition.left, condition.right) if "<" in condition.op else (condition.right, condition.left)
+    if condition.op not in ("<", "<=", ">", ">=") or not isinstance(large, ast.Number) or large.value < 0:
         return None
     # Centers are never nearer than the boxes around them, so this holds for both ways to measure.
-    return Near(one=one.name, other=other.name, metres=float(limit))
+    match small:
+        case ast.Call(name="distance", arguments=(ast.Variable(name=one), ast.Variable(name=other), *_)) if (
+            one != other
+        ):
+            return Near(one=one, other=other, metres=float(large.value))
+    return None
 
 
 def _cost(condition: ast.Expression) -> int:
