@@ -246,7 +246,7 @@ def _models(commands: Any) -> None:
         "answer a question in plain words, with a language model or without",
         'cgdb ask home.cgdb "Something to drink other than soda"\n\n'
         "a model is asked where one is configured: CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or\n"
-        "base_url, model and api_key under [llm] in cgdb/config.toml of the config folder;\nit needs pip install 'cgdb[llm]'",
+        "base_url, model and api_key under [llm] in cgdb/config.toml of the config folder; pip install 'cgdb[llm]'",
     )
     ask.add_argument("store", metavar="STORE")
     ask.add_argument("question", metavar="QUESTION", nargs="?", help="the question; - reads it from stdin")
