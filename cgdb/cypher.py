@@ -67,8 +67,8 @@ EDGE_COLUMNS = ("label", "confidence", "origin", "source", "explanation")
 """What a statement returns of every edge; source is the key of the node that the relation starts from."""
 
 
-def statement(component: Component, keys: Mapping[str, list[int]]) -> Statement:
-    """The Cypher of a component. keys: {node name: the only keys that it may have}."""
+def statement(component: Component) -> Statement:
+    """The Cypher of a component."""
     cypher = Cypher()
     alias = component.aliases
     lines: list[str] = []
@@ -78,9 +78,7 @@ def statement(component: Component, keys: Mapping[str, list[int]]) -> Statement:
     ]
     lone = [f"({alias[node.name]}:Node)" for node in component.nodes if not component.edges]
     lines.append("MATCH " + ", ".join(chain or lone))
-    # Not UNWIND and a look-up per key: kuzu 0.11.3 then joins with all relations, 3 to 8 times slower at 10,000 nodes.
-    tests = [f"{alias[name]}.key IN {cypher.parameter(keys[name])}" for name in alias if name in keys]
-    tests += [f"{alias[node.name]}.label = {cypher.parameter(node.label)}" for node in component.nodes if node.label]
+    tests = [f"{alias[node.name]}.label = {cypher.parameter(node.label)}" for node in component.nodes if node.label]
     for edge in component.edges:
         if len(edge.labels) == 1:
             tests.append(f"{alias[edge.name]}.label = {cypher.parameter(edge.labels[0])}")

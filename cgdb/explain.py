@@ -42,7 +42,9 @@ def plan_text(
         estimate = plan.estimates[number] if number < len(plan.estimates) else None
         begin = [node.name for node in component.nodes if node.name in known]
         if begin and (component.edges or component.pushed):
-            step(f"neighbours: {_followed(component, query)} from {' or '.join(begin)}", f"component {number}", estimate)
+            step(
+                f"neighbours: {_followed(component, query)} from {' or '.join(begin)}", f"component {number}", estimate
+            )
         elif component.edges or component.pushed:
             one_line = " ".join(cypher.statement(component).text.split())
             step(f"graph: {one_line}", f"component {number}", estimate)
