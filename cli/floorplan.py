@@ -24,6 +24,9 @@ MOST_NAMES = 40
 """Marks that are named; of more, only the numbers have room."""
 NEARBY = ((0, 0), (0, -1), (0, 1), (-2, 0), (2, 0))
 """(columns, rows) from its thing at which a number may stand."""
+LARGE = 0.08
+CROWDED = 0.6
+"""Shares of the picture: of one thing above which it is not shaded, of all above which none is."""
 FLAT = 0.05
 """Metres below which a thing is so low that it is drawn as a point."""
 OUTLIERS = 0.01
@@ -135,8 +138,7 @@ def draw(shown: FloorPlan, width: int, height: int) -> list[list[tuple[str, str]
     if bounds is None:
         return []
     canvas = _Canvas(bounds, max(10, width), max(4, height - 1))
-    for thing in shown.things:
-        canvas.thing(thing)
+    canvas.things(shown.things)
     for room in shown.rooms:
         canvas.outline(room)
     canvas.join()
@@ -195,19 +197,25 @@ class _Canvas:
         self._text[row][column] = text
         self._part[row][column] = part
 
-    def thing(self, area: Area) -> None:
-        """A dot, or a shade where the footprint covers several cells."""
-        if not self._inside(area):
-            return
-        left, top = self._cell(area.west, area.north)
-        right, bottom = self._cell(area.east, area.south)
-        if right - left >= 2 and bottom > top:
-            for row in range(top, bottom + 1):
-                for column in range(left, right + 1):
-                    if self._text[row][column] == " ":
-                        self._put(column, row, "░", "thing")
-            return
-        self._put(*self._cell(*area.middle), "·", "thing")
+    def things(self, areas: Sequence[Area]) -> None:
+        """A dot for each thing, on a shade where its footprint covers several cells.
+
+        No shade for what fills a good part of the picture, which is a floor or a ceiling, nor at all where nearly
+        everything would be shaded.
+        """
+        seen = [area for area in areas if self._inside(area)]
+        shaded: set[tuple[int, int]] = set()
+        for area in seen:
+            left, top = self._cell(area.west, area.north)
+            right, bottom = self._cell(area.east, area.south)
+            cells = (right - left + 1) * (bottom - top + 1)
+            if right - left >= 2 and bottom > top and cells <= LARGE * self._rows * self._columns:
+                shaded.update((row, column) for row in range(top, bottom + 1) for column in range(left, right + 1))
+        if len(shaded) <= CROWDED * self._rows * self._columns:
+            for row, column in shaded:
+                self._put(column, row, "░", "thing")
+        for area in seen:
+            self._put(*self._cell(*area.middle), "·", "thing")
 
     def outline(self, area: Area) -> None:
         """The walls of a room; where those of two rooms meet they are joined."""

@@ -14,6 +14,7 @@ from cgdb.errors import MissingExtraError, UsageError, one_of
 from cgdb.geometry import Boxes
 
 if TYPE_CHECKING:
+    from cgdb.cli.floorplan import FloorPlan
     from cgdb.result import Result
     from cgdb.view import SceneView
 
@@ -100,6 +101,9 @@ def _paint(drawing: Any, view: SceneView, marks: dict[int, tuple[int, bool]], re
     boxes = view.columns.boxes
     is_thing = view.columns.label_codes == view.columns.labels.index("Object")
     others = [p for p in np.flatnonzero(_placed(view) & is_thing).tolist() if p not in marks]
+    # Small things on top of large ones: floors, walls and ceilings are things in many maps.
+    size = np.nan_to_num(boxes.half_hulls[:, [right, up]].prod(axis=1))
+    others.sort(key=lambda position: -float(size[position]))
     for position in [*others, *(p for p in marks if _placed(view)[p])]:
         number, fits = marks.get(position, (0, False))
         face, edge = (
@@ -107,18 +111,41 @@ def _paint(drawing: Any, view: SceneView, marks: dict[int, tuple[int, bool]], re
         )
         outline = footprint(boxes, position, (right, right_sign), (up, up_sign))
         if len(outline) > 2:
-            drawing.fill(outline[:, 0], outline[:, 1], fc=face, ec=edge, lw=0.8, alpha=0.85, zorder=3 if number else 2)
+            drawing.fill(
+                outline[:, 0],
+                outline[:, 1],
+                fc=face,
+                ec=edge,
+                lw=0.8,
+                alpha=0.85 if number else 0.35,
+                zorder=3 if number else 2,
+            )
         else:
             drawing.plot(outline[:, 0], outline[:, 1], "o", ms=5, color=edge, zorder=3 if number else 2)
-    for mark in shown.marks[:MOST_NAMES]:
-        x, y = mark.area.middle
-        text = f"{mark.number} {_label(mark.area.name)}".strip()
-        drawing.annotate(text, (x, y), (4, 4), textcoords="offset points", fontsize=8, weight="bold", zorder=4)
+    _names(drawing, shown)
     drawing.set_aspect("equal")
     drawing.set_xlabel(f"{shown.axes[0]} (m)")
     drawing.set_ylabel(f"{shown.axes[1]} (m)")
     title = view.info.name if result is None else f"{view.info.name}: {result.query}"
     drawing.set_title(_label(title, 110), fontsize=9, loc="left", wrap=True)
+
+
+def _names(drawing: Any, shown: FloorPlan) -> None:
+    """The numbers and names of what is marked; one that would lie on another is moved down by a line."""
+    bounds = shown.bounds()
+    if bounds is None:
+        return
+    across, along = (bounds.east - bounds.west) or 1.0, (bounds.north - bounds.south) or 1.0
+    taken: list[tuple[float, float]] = []
+    for mark in shown.marks[:MOST_NAMES]:
+        x, y = mark.area.middle
+        lines = 0
+        while any(abs(x - u) < 0.2 * across and abs(y - lines * 0.025 * along - v) < 0.022 * along for u, v in taken):
+            lines += 1
+        taken.append((x, y - lines * 0.025 * along))
+        text = f"{mark.number} {_label(mark.area.name)}".strip()
+        style = {"fontsize": 8, "weight": "bold", "zorder": 4}
+        drawing.annotate(text, (x, y), (4, 4 - 11 * lines), textcoords="offset points", **style)
 
 
 def footprint(boxes: Boxes, position: int, right: tuple[int, float], up: tuple[int, float]) -> Any:
