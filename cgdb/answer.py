@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from cgdb import cypher
 from cgdb.binder import BoundEdge, BoundQuery
 from cgdb.bindings import Bindings, EdgeColumn
 from cgdb.errors import LimitError
+from cgdb.evaluate import rounded
 from cgdb.executor import Executor
 from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
@@ -127,7 +129,8 @@ def _rows(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]
             budget.check()
             some = mine[start : start + AT_ONCE]
             rows = part.rows.take(np.asarray(some, np.int64))
-            columns = [_values(part, column.expression, rows) for column in query.returns]
+            records = _records(part, query, rows)
+            columns = [_values(part, column.expression, rows, records) for column in query.returns]
             degrees, fits = rows.truth.degree.tolist(), rows.truth.fits.tolist()
             for i, values in enumerate(zip(*columns, strict=True)):
                 made[(number, some[i])] = Row(values, degrees[i], fits[i], _explainer(query, part, rows, i))
@@ -154,15 +157,29 @@ def _distinct(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Pl
     return kept[query.skip : wanted]
 
 
-def _values(part: SceneRows, item: ast.Expression, rows: Bindings) -> list[Value]:
-    """The values of an expression as results hold them: nodes and relations as records, null as None."""
+def _records(part: SceneRows, query: BoundQuery, rows: Bindings) -> Mapping[int, StoredNode]:
+    """The records of all nodes that the columns of the result hold, read together."""
+    items = [column.expression for column in query.returns]
+    names = {item.name for item in items if isinstance(item, ast.Variable) and item.name in rows.nodes}
+    found = [rows.nodes[name] for name in names]
+    return part.view.stored(np.unique(np.concatenate(found))) if len(found) > 1 else {}
+
+
+def _values(
+    part: SceneRows, item: ast.Expression, rows: Bindings, records: Mapping[int, StoredNode] | None = None
+) -> list[Value]:
+    """The values of an expression as results hold them: nodes and relations as records, null as None.
+
+    records: of nodes, where they were read already.
+    """
     view = part.view
     if isinstance(item, ast.Variable) and item.name in rows.edges:
         edge = next(edge for edge in part.plan.match.edges if edge.name == item.name)
         return _edge_values(view, rows.edges[item.name], edge)
     column = part.executor.evaluator.value(item, rows)
     if isinstance(item, ast.Variable | ast.ObjectRef):
-        records = view.stored(column[column >= 0])
+        if not records or not isinstance(item, ast.Variable):
+            records = view.stored(column[column >= 0])
         return [records.get(position) for position in column.tolist()]
     return [_plain_number(value) for value in column.tolist()]
 
@@ -282,16 +299,33 @@ def _aggregate(item: ast.Expression, members: Sequence[tuple[SceneRows, int]]) -
     if isinstance(item, ast.Negative):
         inner = _aggregate(item.operand, members)
         return -inner if isinstance(inner, (int, float)) else None
-    if isinstance(item, ast.Call) and item.arguments:
-        inner = _aggregate(item.arguments[0], members)
-        digits = _aggregate(item.arguments[1], members) if len(item.arguments) > 1 else 0
-        if item.name == "round" and isinstance(inner, (int, float)) and isinstance(digits, (int, float)):
-            return _plain_number(float(round(inner, int(digits))))
-        if item.name == "size" and isinstance(inner, (list, tuple, str)):
-            return len(inner)
-        return inner
+    if isinstance(item, ast.Call) and _aggregates(item):
+        return _function(item.name, [_aggregate(argument, members) for argument in item.arguments])
+    if isinstance(item, ast.Number | ast.Text | ast.Boolean):
+        return item.value
+    if not members:
+        return None
     part, row = members[0]
     return _values(part, item, part.rows.take(np.asarray([row])))[0]
+
+
+def _function(name: str, values: Sequence[Value]) -> Value:
+    """A function of totals; null where its first argument is none that it can be of."""
+    value = values[0]
+    if name == "coalesce":
+        return next((value for value in values if value is not None), None)
+    if name == "size":
+        return len(value) if isinstance(value, (list, tuple, str)) else None
+    if name in ("lower", "upper"):
+        return None if value is None else str(value).lower() if name == "lower" else str(value).upper()
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
+        return None
+    if name == "abs":
+        return abs(value)
+    if name == "sqrt":
+        return _plain_number(math.sqrt(value)) if value >= 0 else None
+    digits = values[1] if len(values) > 1 else 0
+    return _plain_number(rounded(float(value), digits if isinstance(digits, (int, float)) else None))
 
 
 def _reduced(name: str, values: Sequence[Value]) -> Value:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from cgdb.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
 from cgdb.errors import BindError, Span, did_you_mean, one_of
 from cgdb.functions import AGGREGATES, FUNCTIONS, Signature
 from cgdb.grammar import ast
+from cgdb.grammar.limits import children
 from cgdb.grammar.printer import to_text
 from cgdb.scene import ObjectId
 
@@ -361,7 +362,25 @@ class _Binder:
                     raise BindError(f"two columns are named '{name}'", span=item.span)
                 continue
             columns.append(BoundReturn(name=name, expression=expression))
+        keys = [column.expression for column in columns if not _has_aggregate(column.expression)]
+        if len(keys) < len(columns):
+            for column in columns:
+                self._check_total(column.expression, keys)
         return tuple(columns)
+
+    def _check_total(self, item: ast.Expression, keys: Sequence[ast.Expression]) -> None:
+        """Beside a total, what belongs to a single row is only known where the rows are grouped by it."""
+        if item in keys or (isinstance(item, ast.Call) and item.name in AGGREGATES):
+            return
+        if _has_aggregate(item):
+            for part in children(item):
+                self._check_total(cast(ast.Expression, part), keys)
+        elif _is_of_a_row(item):
+            raise BindError(
+                f"{to_text(item)} is neither a total nor a column that the rows are grouped by",
+                hint="give it a column of its own in RETURN",
+                span=item.span,
+            )
 
     def _order(
         self, query: ast.Query, returns: tuple[BoundReturn, ...], scope: _Scope, aggregates: bool
@@ -595,6 +614,9 @@ class _Binder:
             bound, kind = self._expression(argument, scope, aggregates=aggregates and item.name not in AGGREGATES)
             wanted = signature.takes[min(position, len(signature.takes) - 1)]
             self._expect(kind, wanted, argument, f"{item.name}() asks for a {wanted}")
+            of = {"node": ("node",), "row": ("node", "edge", "path")}.get(wanted, ())
+            if item.name in FUNCTIONS and of and kind not in of:
+                raise BindError(f"{item.name}() asks for a {of[0]}, and this is a value", span=argument.span)
             if wanted == "any" and kind in ("node", "edge", "path"):
                 raise BindError(f"{item.name}() asks for a value, and this is a {kind}", span=argument.span)
             arguments.append(bound)
@@ -707,6 +729,17 @@ def check_value(name: str, value: Any, span: Span) -> None:
             ) from None
     elif isinstance(value, int) and not -(2**63) < value < 2**63:
         raise BindError(f"parameter ${name} is a whole number of more than 63 bits", span=span)
+
+
+def _is_of_a_row(item: ast.Syntax) -> bool:
+    """Whether its value may differ from row to row."""
+    if isinstance(item, ast.Variable | ast.Property | ast.Similar):
+        return True
+    if isinstance(item, ast.Call) and item.name == "score" and not item.arguments:
+        return True
+    if isinstance(item, ast.NodePattern) and item.variable is not None:
+        return True
+    return any(map(_is_of_a_row, children(item)))
 
 
 def _has_aggregate(item: ast.Expression) -> bool:

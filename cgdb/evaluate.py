@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -217,10 +218,8 @@ class Evaluator:
         numbers = self._numbers(arguments[0], rows)
         if len(arguments) == 1:
             return np.round(numbers)
-        digits = np.clip(np.nan_to_num(self._numbers(arguments[1], rows)), -15, 15).astype(int)
-        return np.asarray(
-            [round(x, d) if x == x else x for x, d in zip(numbers.tolist(), digits.tolist(), strict=True)]
-        )
+        digits = self._numbers(arguments[1], rows)
+        return np.asarray([rounded(x, d) for x, d in zip(numbers.tolist(), digits.tolist(), strict=True)], np.float64)
 
     def _size(self, item: ast.Expression, rows: Bindings) -> Column:
         if isinstance(item, ast.Variable) and item.name in rows.edges:
@@ -247,6 +246,13 @@ class Evaluator:
             return self._view.column(name)[positions]
         column = self._view.column(name)
         return _objects(column[position] if position >= 0 else None for position in positions.tolist())
+
+
+def rounded(value: float, digits: float | None) -> float:
+    """The number rounded to so many decimals; NaN, which is null, where either is null."""
+    if digits is None or digits != digits or value != value:
+        return math.nan
+    return float(round(value, int(min(max(digits, -15), 15))))
 
 
 # -- columns ----------------------------------------------------------------------------------------------------
