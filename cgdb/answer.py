@@ -281,6 +281,11 @@ def _aggregate(item: ast.Expression, members: Sequence[tuple[SceneRows, int]]) -
     if isinstance(item, ast.Call) and item.name in AGGREGATES:
         if item.star:
             return len(members)
+        of = item.arguments[0]
+        if item.name == "count" and isinstance(of, ast.Variable) and members and of.name in members[0][0].rows.nodes:
+            # Nodes are counted without being read.
+            nodes = [(id(part), int(part.rows.nodes[of.name][row])) for part, row in members]
+            return len(set(nodes)) if item.distinct else len(nodes)
         values: list[Value] = []
         by_part: dict[int, list[int]] = {}
         known = {id(part): part for part, _ in members}
@@ -288,7 +293,7 @@ def _aggregate(item: ast.Expression, members: Sequence[tuple[SceneRows, int]]) -
             by_part.setdefault(id(part), []).append(row)
         for key, rows in by_part.items():
             part = known[key]
-            values.extend(_values(part, item.arguments[0], part.rows.take(np.asarray(rows, np.int64))))
+            values.extend(_values(part, of, part.rows.take(np.asarray(rows, np.int64))))
         present = [value for value in values if value is not None]
         if item.distinct:
             present = list({_identity(value): value for value in present}.values())
