@@ -47,7 +47,7 @@ def test_the_picture() -> None:
         "│                   │                   │",
         "│     ░░░░░░░░░     │                   │",
         "│     ░░░░░░░░░     │                   │",
-        "│     ░░░░░░░░░     │         2 lamp    │",
+        "│     ░░░░·░░░░     │         2 lamp    │",
         "│     ░░░░░░░░░     │                   │",
         "└───────────────────┴───────────────────┘",
         "├─────────┤ 2 m   x → right, y ↑ up",
@@ -156,6 +156,15 @@ def test_names_of_strangers_are_made_clean() -> None:
         shown = plan(db.view("s"), {db.view("s").position(1): (1, True)})
     assert all(line.isprintable() for line in text(shown))
     assert "a [31mb" in "".join(text(shown))
+
+
+def test_floors_and_crowds_are_not_shaded() -> None:
+    floor = text(flat(things=(area("floor", 4, 2, 7.5, 3.5),)))
+    assert "░" not in "".join(floor)
+    crowd = tuple(area("", x + 0.5, y + 0.5, 1.0) for x in range(8) for y in range(4))
+    lines = text(flat(things=crowd))
+    assert "░" not in "".join(lines)
+    assert "".join(lines).count("·") > 20
 
 
 def test_the_outline_of_a_turned_box() -> None:
