@@ -48,14 +48,15 @@ class Abilities:
     key: str | None = None
     forced: str = "auto"
 
-    def learn(self, owner: str) -> None:
-        """Take in who the server says that it is."""
+    def learn(self, owner: str | None) -> None:
+        """Take in who the server says that it is; None where it does not say, which is not kept."""
         self.known = True
-        ways = list(_OF_SERVERS.get(owner.casefold(), _OF_OTHERS))
+        ways = list(_OF_SERVERS.get((owner or "").casefold(), _OF_OTHERS))
         if self.forced != "auto":
             ways = [way for way in ways if kind_of(way) == self.forced]
         self.cgql = [*(way for way in ways if way != "text"), "text"]
-        self._keep()
+        if owner is not None:
+            self._keep()
 
     def cannot(self, kind: str, way: str) -> None:
         """The server does not know that way of answering ("cgql" or "json"), or takes no notice of it."""

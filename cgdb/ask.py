@@ -16,7 +16,17 @@ from cgdb.asked import Answer, first_node
 from cgdb.binder import Vector
 from cgdb.catalog import Catalog, merge
 from cgdb.embed import Encoder
-from cgdb.errors import BindError, CgdbError, ExecuteError, MissingExtraError, ParseError, UsageError, one_of
+from cgdb.errors import (
+    BindError,
+    CgdbError,
+    ExecuteError,
+    MissingExtraError,
+    ParseError,
+    QueryCancelled,
+    StoreError,
+    UsageError,
+    one_of,
+)
 from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
@@ -170,7 +180,9 @@ class _Asking:
         if self.model is None:
             return None
         try:
-            draft, how = translated(self.model, self.asked, self._surroundings(), self.meter, self._carried_out)
+            draft, how = translated(self.model, self.asked, self._surroundings(), self.meter, self._of_model)
+        except QueryCancelled:
+            raise
         except (ModelError, MissingExtraError) as error:
             self.warnings.append(f"answered without the model: {_line(error)}")
         except (ParseError, BindError, ExecuteError) as error:
@@ -207,6 +219,15 @@ class _Asking:
                     found.update({node.tag: None for node in view.stored(positions).values() if node.tag})
         return list(found)
 
+    def _of_model(self, tree: ast.Query) -> _Draft:
+        """A model's statement, run. That it names a scene or revision that is not there is an error of its own."""
+        try:
+            return self._carried_out(tree)
+        except StoreError as error:
+            if error.span is None:
+                raise
+            raise BindError(error.message, hint=error.hint, span=error.span, source=error.source) from None
+
     def _carried_out(self, tree: ast.Query) -> _Draft:
         tree = self._framed(tree)
         text = to_text(tree)
@@ -236,6 +257,8 @@ class _Asking:
         for tree, edge in turned(draft.tree):
             try:
                 other = self._carried_out(tree)
+            except QueryCancelled:
+                raise
             except CgdbError:
                 continue
             if not other.result.nothing_fits:
@@ -298,6 +321,8 @@ class _Asking:
         """The answer as the model sees it that reads the best candidates; None where there is nothing to read."""
         assert self.model is not None
         rows = list(draft.result.rows[:CANDIDATES])
+        if draft.tree.order and not draft.result.nothing_fits:
+            return None  # nearest, largest: what was measured needs no opinion
         if not rows or first_node(rows[0]) is None or any(_is_total(i.expression) for i in draft.tree.returns):
             return None
         columns = draft.result.columns

@@ -164,7 +164,7 @@ class Model:
                 raise ModelError("the model server does not say which models it has", hint="set CGDB_LLM_MODEL")
             self._name = names[0]
         mine = [item for item in listed if item.get("id") == self.name] or listed
-        self.abilities.learn(str(mine[0].get("owned_by", "")) if mine else "")
+        self.abilities.learn(str(mine[0].get("owned_by", "")) if mine else None)
 
     def chat(
         self, messages: Sequence[Message], meter: Meter, *, max_tokens: int, more: Mapping[str, Any] | None = None

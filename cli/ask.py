@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -26,17 +27,15 @@ def ask(options: Namespace) -> int:
         answer = db.ask(
             question or "", model=model, image=options.image, rerank=not options.no_rerank, scenes=options.scene or ()
         )
-    form = options.format or "table"
-    if form == "table":
+        form = options.format or "table"
+        if form == "json":
+            render.write(json.dumps(answer.to_dict(why=options.why), ensure_ascii=False, indent=2))
+            return 0
         asking.warn(answer.warnings)
-        show(answer, why=options.why, everything=options.all)
-    elif form == "json":
-        import json
-
-        render.write(json.dumps(answer.to_dict(why=options.why), ensure_ascii=False, indent=2))
-    else:
-        asking.warn(answer.warnings)
-        asking.show(answer.result, form, why=options.why)
+        if form == "table":
+            show(answer, why=options.why, everything=options.all)
+        else:
+            asking.show(answer.result, form, why=options.why)
     return 0
 
 

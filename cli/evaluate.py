@@ -126,20 +126,7 @@ def _saving(path: str) -> Iterator[TextIO]:
 
 
 def _print(table: Sequence[Scores]) -> None:
-    columns = (
-        "way",
-        "kind",
-        "n",
-        "R@1",
-        "R@2",
-        "R@3",
-        "MRR",
-        "nothing P/R (n)",
-        "tokens",
-        "calls",
-        "seconds",
-        "errors",
-    )
+    columns = ("way", "kind", "n", "R@1", "95 %", "R@2", "R@3", "MRR", "no P", "no R", "tokens", "calls", "s", "err")
     rows: list[tuple[Any, ...]] = []
     before = None
     for line in table:
@@ -148,12 +135,15 @@ def _print(table: Sequence[Scores]) -> None:
                 line.way if line.way != before else "",
                 line.kind,
                 str(line.mrr.n),
-                *(_shown(line.recall[k], interval=k == 1) for k in line.recall),
+                _shown(line.recall[1]),
+                f"{line.recall[1].low:.2f}-{line.recall[1].high:.2f}" if line.mrr.n else "-",
+                _shown(line.recall[2]),
+                _shown(line.recall[3]),
                 _shown(line.mrr),
-                " / ".join("-" if x is None else f"{x:.2f}" for x in line.nothing) + f" ({line.n_nothing})",
+                *("-" if part is None else f"{part:.2f}" for part in line.nothing),
                 f"{line.tokens:,.0f}",
                 f"{line.calls:.1f}",
-                f"{line.seconds:.3f}",
+                f"{line.seconds:.2f}",
                 str(line.errors) if line.errors else "",
             )
         )
@@ -161,10 +151,8 @@ def _print(table: Sequence[Scores]) -> None:
     render.table(render.console(), columns, rows)
 
 
-def _shown(share: Share, *, interval: bool = False) -> str:
-    if not share.n:
-        return "-"
-    return f"{share.mean:.2f}" + (f" [{share.low:.2f}, {share.high:.2f}]" if interval else "")
+def _shown(share: Share) -> str:
+    return f"{share.mean:.2f}" if share.n else "-"
 
 
 def _say(text: str, options: Namespace) -> None:

@@ -210,6 +210,9 @@ def test_the_statement_is_found_in_what_stands_round_it(db: Database, said: str)
         ("MATCH (o)-[:ontop]->(t) RETURN o", "no relation 'ontop'"),
         ("MATCH (o) RETURN o.colour_of_it", "colour_of_it"),
         ("MATCH (o #99) RETURN o", "#99"),
+        ("USE 'kitchn' MATCH (o) RETURN o", "did you mean 'kitchen'"),
+        ("AS OF 99 MATCH (o) RETURN o", "99"),
+        ("MATCH (o ~ $wish) RETURN o", "$wish was not given"),
         ("<think>I think and think and never", "no statement"),
     ],
 )
@@ -327,6 +330,13 @@ def test_a_statement_that_is_too_strict_does_not_hide_the_answer(db: Database) -
         answer = db.ask("Something to drink", model=model(at))
         assert answer.ids == (8,)
         assert any("too strict" in line for line in answer.warnings)
+
+
+def test_what_was_measured_is_not_re_ranked(db: Database) -> None:
+    nearest = 'MATCH (o ~ "drink"), (c ~ "cushion") RETURN o ORDER BY distance(o, c) LIMIT 1'
+    with ModelServer(brain(nearest, "1")) as at:
+        answer = db.ask("The drink nearest to the cushion", model=model(at))
+        assert (answer.ids, answer.reranked, len(at.requests)) == ((2,), False, 1)
 
 
 def test_a_total_is_not_re_ranked(db: Database) -> None:
