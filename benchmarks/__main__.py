@@ -21,11 +21,13 @@ ALL: dict[str, list[str]] = {
     "combined": ["--stores", "{stores}"],
     "overhead": ["--stores", "{stores}"],
     "encoder": [],
+    "shell_start": [],
+    "translate": [],
     "relations": [f"{DATA}/maps/virtualhome"],
     "retrieval": [],
 }
 """{name: its options when all are run}; in the order in which they are."""
-NEEDS_DATA = ("relations", "retrieval")
+NEEDS_DATA = ("relations", "retrieval", "translate")
 
 
 def main() -> int:
