@@ -44,11 +44,14 @@ COLUMN_TYPES: Mapping[str, str] = {"number": "DOUBLE", "boolean": "BOOL", "text"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Catalog:
-    """labels: {label: nodes}; relations: {label: {(source label, target label): count}}; properties: {name: type}."""
+    """labels: {label: nodes}; relations: {label: {(source label, target label): count}}; properties: {name: type};
+    ranges: {name: (least, largest)} of properties that are numbers.
+    """
 
     labels: Mapping[str, int] = field(default_factory=dict)
     relations: Mapping[str, Mapping[tuple[str, str], int]] = field(default_factory=dict)
     properties: Mapping[str, str] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def n_nodes(self) -> int:
@@ -74,6 +77,7 @@ class Catalog:
                 for (source, target), count in ends.items()
             ],
             "properties": dict(self.properties),
+            "ranges": {name: list(ends) for name, ends in self.ranges.items()},
         }
 
     @staticmethod
@@ -82,7 +86,8 @@ class Catalog:
         relations: dict[str, dict[tuple[str, str], int]] = {}
         for label, source, target, count in document["relations"]:
             relations.setdefault(label, {})[(source, target)] = count
-        return Catalog(labels=document["labels"], relations=relations, properties=document["properties"])
+        ranges = {name: (float(low), float(high)) for name, (low, high) in document["ranges"].items()}
+        return Catalog(labels=document["labels"], relations=relations, properties=document["properties"], ranges=ranges)
 
 
 def merge(catalogs: Iterable[Catalog]) -> Catalog:
@@ -90,6 +95,7 @@ def merge(catalogs: Iterable[Catalog]) -> Catalog:
     labels: dict[str, int] = {}
     relations: dict[str, dict[tuple[str, str], int]] = {}
     properties: dict[str, str] = {}
+    ranges: dict[str, tuple[float, float]] = {}
     for catalog in catalogs:
         for label, count in catalog.labels.items():
             labels[label] = labels.get(label, 0) + count
@@ -99,7 +105,14 @@ def merge(catalogs: Iterable[Catalog]) -> Catalog:
                 known[pair] = known.get(pair, 0) + count
         for name, kind in catalog.properties.items():
             properties[name] = merged_type(properties.get(name), kind)
-    return Catalog(labels=labels, relations=relations, properties=properties)
+        for name, span in catalog.ranges.items():
+            ranges[name] = widened(ranges.get(name), *span)
+    return Catalog(labels=labels, relations=relations, properties=properties, ranges=ranges)
+
+
+def widened(known: tuple[float, float] | None, low: float, high: float) -> tuple[float, float]:
+    """The range that holds both."""
+    return (low, high) if known is None else (min(known[0], low), max(known[1], high))
 
 
 def property_type(value: PropertyValue) -> str | None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 import zipfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.catalog import Catalog, merged_type, property_type
+from cgdb.catalog import Catalog, merged_type, property_type, widened
 from cgdb.errors import CorruptionError
 from cgdb.geometry import Boxes, parse_up
 from cgdb.neighbours import Collector
@@ -57,6 +58,7 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
     label_codes: dict[str, int] = {"Object": 0}
     counts: dict[str, int] = {}
     kinds: dict[str, str | None] = {}
+    ranges: dict[str, tuple[float, float]] = {}
     boxes: list[NDArray[np.float64]] = []
     for batch in nodes:
         block = np.full((len(batch), 15), np.nan)
@@ -74,6 +76,8 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
                 block[row, 6:] = node.rotation.ravel()
             for name, value in node.properties.items():
                 kind = property_type(value)
+                if kind == "number" and math.isfinite(number := float(cast(float, value))):
+                    ranges[name] = widened(ranges.get(name), number, number)
                 kinds[name] = merged_type(kinds[name], kind) if kinds.get(name) and kind else kind or kinds.get(name)
         boxes.append(block)
     code_of = dict(zip(keys, codes, strict=True))
@@ -103,6 +107,7 @@ def build(path: Path, nodes: Iterable[list[NodeRow]], relations: Iterable[list[R
             label: {(names[a], names[b]): count for (a, b), count in pairs.items()} for label, pairs in ends.items()
         },
         properties={name: kind or "text" for name, kind in kinds.items()},
+        ranges=ranges,
     )
     return {"catalog": catalog.to_json(), "labels": names}
 

@@ -15,7 +15,7 @@ from cgdb.grammar import ast
 
 # Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.
 GRAPH_STEP, GRAPH_NODE, GRAPH_ROW = 1.5e-3, 0.06e-6, 5e-6
-"""Of a statement of the graph index: of any, for each node that there is, and for each row that it gives."""
+"""Of a statement of the graph index: of any, for each node and condition on nodes, and for each row that it gives."""
 SCAN = 0.03e-6
 """Of a node taken as it is."""
 NEIGHBOUR = 0.5e-6
@@ -245,7 +245,7 @@ def _graph_cost(draft: _Draft, made: Plan) -> float:
         elif any(node.name in known for node in part.nodes):
             cost += (nodes * _RANGE + rows) * NEIGHBOUR
         else:
-            cost += GRAPH_STEP + nodes * GRAPH_NODE + rows * GRAPH_ROW
+            cost += GRAPH_STEP + nodes * GRAPH_NODE * (1 + len(part.pushed)) + rows * GRAPH_ROW
     return cost
 
 
@@ -286,11 +286,23 @@ def _rows(part: Component, catalog: Catalog) -> float:
         count = float(sum(map(catalog.relation_count, labels))) * (1 if edge.directed else 2)
         rows *= min(1.0, count / max(1.0, float(catalog.n_nodes) ** 2))
     for condition in part.pushed:
-        equal = isinstance(condition, (ast.In, ast.IsNull)) or (
-            isinstance(condition, ast.Comparison) and condition.op == "="
-        )
-        rows *= _EQUAL if equal else _RANGE
+        rows *= _kept(condition, catalog)
     return rows
+
+
+def _kept(condition: ast.Expression, catalog: Catalog) -> float:
+    """The share of nodes that a pushed condition keeps; of a range, the part of all values that lies in it."""
+    if isinstance(condition, (ast.In, ast.IsNull)):
+        return _EQUAL
+    match condition:
+        case ast.Comparison(op="="):
+            return _EQUAL
+        case ast.Comparison(op="<" | "<=" | ">" | ">=" as op, left=ast.Property(name=name), right=ast.Number(value=at)):
+            low, high = catalog.ranges.get(name, (0.0, 0.0))
+            if low < high:
+                below = min(max((at - low) / (high - low), 0.0), 1.0)
+                return max(below if op in ("<", "<=") else 1.0 - below, 0.001)
+    return _RANGE
 
 
 def _size(node: BoundNode, catalog: Catalog) -> float:

@@ -30,7 +30,7 @@ CATCH_UP_FROM, CATCH_UP_SHARE, CATCH_UPS = 20_000, 0.1, 3
 """The graph index of a scene of so many nodes follows a change of up to that share of them, so many times in a row:
 elsewhere building it anew is as quick, and it leaves no dead space in the file."""
 
-COLUMNS = "columns-3"
+COLUMNS = "columns-4"
 """What the files of ``columns`` are called; another number for another content."""
 _GRAPH_COLUMNS = {
     "label": "label",
