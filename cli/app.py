@@ -104,6 +104,7 @@ def _parser() -> _Parser:
     parser.add_argument("--version", action="version", version=f"cgdb {cgdb.__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _importing(commands)
+    _mapping(commands)
     _asking(commands)
     _shell(commands)
     _models(commands)
@@ -161,6 +162,59 @@ def _importing(commands: Any) -> None:
     encode.add_argument("store", metavar="STORE")
     encode.add_argument("--scene", help="of one scene only")
     encode.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def _mapping(commands: Any) -> None:
+    mapping = _command(
+        commands,
+        "map",
+        "mapping:map_recording",
+        "map a recording of posed RGB-D frames into a store",
+        "cgdb map recordings/office --into house.cgdb --name office",
+    )
+    mapping.add_argument("sequence", metavar="SEQUENCE", help="the folder of the recording")
+    mapping.add_argument("--into", required=True, metavar="STORE", help="the store, made where there is none")
+    mapping.add_argument("--name", help="the scene's name; else the folder's")
+    mapping.add_argument("--layout", help="how the recording is laid out, where its files do not tell")
+    mapping.add_argument("--intrinsics", metavar="FX,FY,CX,CY", help="instead of the recording's, in pixels")
+    mapping.add_argument("--depth-scale", type=float, metavar="UNITS", help="units of depth per metre")
+    mapping.add_argument("--start", type=int, default=0, metavar="N", help="the first frame (0)")
+    mapping.add_argument("--end", type=int, metavar="N", help="the frame to stop before")
+    mapping.add_argument("--stride", type=int, default=1, metavar="N", help="every Nth frame (1)")
+    mapping.add_argument("--size", metavar="WxH", help="bring frames to this size (that of the depth)")
+    mapping.add_argument("--up", choices=("x", "y", "z", "-x", "-y", "-z"), help="the map's axis against gravity")
+    mapping.add_argument(
+        "--detections", metavar="PATH", help="detections made earlier; geometry: by shape and colour, without a model"
+    )
+    mapping.add_argument("--detection-kind", metavar="KIND", help="what these are, where their files do not tell")
+    mapping.add_argument("--encoder", help="the encoder of the features, such as open_clip:ViT-H-14:laion2b_s32b_b79k")
+    mapping.add_argument("--voxel", type=float, default=0.025, metavar="M", help="the side of a voxel (0.025)")
+    mapping.add_argument("--threshold", type=float, default=1.1, help="least similarity to be the same object (1.1)")
+    mapping.add_argument(
+        "--spatial",
+        choices=("overlap", "iou", "giou", "iou_accurate", "giou_accurate"),
+        default="overlap",
+        help="the geometric similarity (overlap)",
+    )
+    mapping.add_argument("--semantic", choices=("paper", "cosine"), default="paper", help="cos/2 + 1/2, or cos (paper)")
+    mapping.add_argument("--bias", type=float, default=0.0, help="weigh geometry up and looks down by this (0)")
+    mapping.add_argument(
+        "--background",
+        choices=("merge", "skip", "objects"),
+        default="merge",
+        help="walls, floor, ceiling: one object each, none, or as other things (merge)",
+    )
+    mapping.add_argument("--min-detections", type=int, default=3, metavar="N", help="fewer is no object (3)")
+    mapping.add_argument("--every", type=int, default=100, metavar="N", help="write a revision every N frames (100)")
+    mapping.add_argument("--resume", action="store_true", help="go on with the scene, with this recording or another")
+    mapping.add_argument(
+        "--on-existing",
+        choices=("error", "replace"),
+        default="error",
+        help="what to do when the scene is there already (error)",
+    )
+    mapping.add_argument("--no-relate", action="store_true", help="add no relations from the boxes")
+    mapping.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
 
 def _asking(commands: Any) -> None:

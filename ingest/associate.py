@@ -62,7 +62,7 @@ def associate(
 
 def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic) -> NDArray[np.float32]:
     """(k, n) float32 how alike detections and objects look."""
-    known = objects.unit("clip")
+    known = objects.unit(found.space)
     if found.features is None or known is None:
         return np.full((len(lifted), len(objects)), UNKNOWN, np.float32)
     cosine: NDArray[np.float32] = found.features[lifted.source] @ known.T

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -33,6 +33,8 @@ class Detections:
     labels: tuple[str, ...]
     features: NDArray[np.float32] | None = None
     text_features: NDArray[np.float32] | None = None
+    space: str = "clip"
+    """The name of the feature space; that of the labels' features is the same with _text."""
 
     def __len__(self) -> int:
         return len(self.masks)
@@ -47,6 +49,7 @@ class Detections:
             labels=tuple(self.labels[i] for i in index.tolist()),
             features=None if self.features is None else self.features[index],
             text_features=None if self.text_features is None else self.text_features[index],
+            space=self.space,
         )
 
 
@@ -171,14 +174,8 @@ def _resized(found: Detections, frame: Frame) -> Detections:
             f"{frame.name}: masks of {old_width} x {old_height} do not fit a picture of {width} x {height}"
         )
     scale = np.array([width / old_width, height / old_height] * 2, np.float32)
-    return Detections(
-        masks=np.stack([nearest(mask, (width, height)) for mask in found.masks]),
-        xyxy=found.xyxy * scale,
-        confidence=found.confidence,
-        labels=found.labels,
-        features=found.features,
-        text_features=found.text_features,
-    )
+    masks = np.stack([nearest(mask, (width, height)) for mask in found.masks])
+    return replace(found, masks=masks, xyxy=found.xyxy * scale)
 
 
 def _unit(values: NDArray[np.generic] | None, n: int, where: str, what: str) -> NDArray[np.float32] | None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,15 +77,22 @@ class Objects:
         rows = sums[: len(self.all)]
         return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
 
+    def looks(self) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
+        """The mean features of what the objects look like, and of what they are called."""
+        names = list(self._sums)
+        image = next((name for name in names if not name.endswith("_text")), None)
+        text = next((name for name in names if name.endswith("_text")), None)
+        return (None if image is None else self.unit(image)), (None if text is None else self.unit(text))
+
     def spaces(self) -> dict[str, int]:
         """{feature space: dimension}."""
         return {name: sums.shape[1] for name, sums in self._sums.items()}
 
     def check(self, found: Detections, where: str) -> None:
         """FormatError where a frame's features are not of the dimensions of those before."""
-        for space, values in (("clip", found.features), ("clip_text", found.text_features)):
+        for space, values in _features(found):
             known = self._sums.get(space)
-            if values is not None and known is not None and values.shape[1] != known.shape[1]:
+            if known is not None and values.shape[1] != known.shape[1]:
                 raise FormatError(
                     f"{where}: features of {values.shape[1]} numbers, those before it had {known.shape[1]}"
                 )
@@ -110,18 +120,15 @@ class Objects:
 
     def _new(self, low: Ints, high: Ints, background: bool, frame: int) -> int:
         self.all.append(
-            MapObject(
-                id=self._born, low=low.copy(), high=high.copy(), background=background, first=frame, last=frame
-            )
+            MapObject(id=self._born, low=low.copy(), high=high.copy(), background=background, first=frame, last=frame)
         )
         self._born += 1
         return len(self.all) - 1
 
     def _add(self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int) -> None:
         obj = self.all[at]
-        for space, values in (("clip", found.features), ("clip_text", found.text_features)):
-            if values is not None:
-                self._add_feature(space, at, values[source], obj.n)
+        for space, values in _features(found):
+            self._add_feature(space, at, values[source], obj.n)
         obj.n += 1
         obj.confidence += float(found.confidence[source])
         if found.labels[source]:
@@ -144,6 +151,23 @@ class Objects:
         if self._renormalise:
             # The reference's variant: unit length after every fold, so that the sum is worth n of them again.
             sums[at] *= (n + 1) / max(float(np.linalg.norm(sums[at])), 1e-12)
+
+    def to_record(self) -> dict[str, Any]:
+        """Everything but the features, as plain values."""
+        return {"born": self._born, "background": self._background, "all": [_record_of(obj) for obj in self.all]}
+
+    def sums(self) -> dict[str, NDArray[np.float32]]:
+        """{space: (n, d) the sums of the features}."""
+        return {name: sums[: len(self.all)] for name, sums in self._sums.items()}
+
+    def fill(self, record: dict[str, Any], sums: dict[str, NDArray[np.float32]]) -> None:
+        """Become what to_record and sums told of."""
+        self.all = [_object_of(value) for value in record["all"]]
+        self._born = int(record["born"])
+        self._background = {str(label): int(at) for label, at in record["background"].items()}
+        self._sums = {name: np.ascontiguousarray(values, np.float32) for name, values in sums.items()}
+        if any(len(values) != len(self.all) for values in self._sums.values()):
+            raise ValueError("features of another number of objects")
 
     def merge(self, into: NDArray[np.intp], voxels: Voxels) -> None:
         """Fold each object i into object into[i] (itself: it stays; -1: it goes), here and in the voxels."""
@@ -174,6 +198,13 @@ class Objects:
         heapq.heapify(kept.views)
 
 
+def _features(found: Detections) -> Iterator[tuple[str, NDArray[np.float32]]]:
+    """(space, (n, d) values) of what the detections have."""
+    for space, values in ((found.space, found.features), (f"{found.space}_text", found.text_features)):
+        if values is not None:
+            yield space, values
+
+
 def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]:
     """The votes of a frame: rows ascending, the object, the strength; each pair once, at its strongest."""
     key = (lifted.rows.astype(np.int64) << 31) | (went[lifted.owner].astype(np.int64) << 1) | (lifted.strength <= 1.0)
@@ -183,3 +214,32 @@ def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]
     first[1:] = (key[1:] >> 1) != (key[:-1] >> 1)
     chosen = order[first]
     return lifted.rows[chosen], went[lifted.owner[chosen]], lifted.strength[chosen]
+
+
+def _record_of(obj: MapObject) -> dict[str, Any]:
+    """An object as plain values."""
+    return {
+        **{key: getattr(obj, key) for key in ("id", "background", "first", "last", "n", "confidence")},
+        "low": obj.low.tolist(),
+        "high": obj.high.tolist(),
+        "labels": dict(obj.labels),
+        "views": [asdict(view) for view in obj.views],
+    }
+
+
+def _object_of(value: dict[str, Any]) -> MapObject:
+    """The object of plain values."""
+    views = [View(v["points"], v["frame"], tuple(v["box"])) for v in value["views"]]
+    heapq.heapify(views)
+    return MapObject(
+        id=int(value["id"]),
+        low=np.array(value["low"], np.int32),
+        high=np.array(value["high"], np.int32),
+        background=bool(value["background"]),
+        first=int(value["first"]),
+        last=int(value["last"]),
+        n=int(value["n"]),
+        confidence=float(value["confidence"]),
+        labels=Counter({str(name): int(count) for name, count in value["labels"].items()}),
+        views=views,
+    )

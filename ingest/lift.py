@@ -36,7 +36,7 @@ class Lifting:
     farthest: float = 8.0
     edge: float = 0.015
     rim: int = 2
-    cell: int = 2
+    cell: int = 3
     core: int = 6
     least_voxels: int = 4
     spacing: float = 0.6
@@ -189,9 +189,7 @@ def _distinct(
     return owner.astype(np.int32), place.astype(np.int32), strong[owner, place]
 
 
-def pieces(
-    owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, least: float = 1.0
-) -> NDArray[np.bool_]:
+def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, least: float = 1.0) -> NDArray[np.bool_]:
     """(m,) bool: the voxels of each owner's clusters that have at least this share of its largest one's.
 
     whole (n,): owners whose clusters all stay. cells (m, 3) int32. Where nothing is dense enough to be a cluster,
@@ -271,9 +269,7 @@ def components(n: int, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.i
     return label
 
 
-def _lifted(
-    count: int, owner: Ints, row: Ints, strong: NDArray[np.bool_], voxels: Voxels, how: Lifting
-) -> Lifted:
+def _lifted(count: int, owner: Ints, row: Ints, strong: NDArray[np.bool_], voxels: Voxels, how: Lifting) -> Lifted:
     n = np.bincount(owner, minlength=count)
     enough = n >= how.least_voxels
     kept = enough[owner]
@@ -307,7 +303,5 @@ def _nothing() -> Lifted:
     )
 
 
-_HALF = [
-    (x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)
-]
+_HALF = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
 """Half of the 26 neighbours: the other half is the same links seen from the other end."""

@@ -13,6 +13,8 @@ Matrix = NDArray[np.float64]
 
 FLIP_YZ: Matrix = np.diag([1.0, -1.0, -1.0, 1.0])
 """Between cameras that look along +z with y down (ours, OpenCV) and along -z with y up (OpenGL, ARKit, Habitat)."""
+_Z_UP: Matrix = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=np.float64)
+_Y_DOWN: Matrix = np.diag([1.0, -1.0, 1.0, 1.0])
 LARGEST_TEXT = 64 << 20
 
 
@@ -92,6 +94,15 @@ def of_quaternion(translation: NDArray[np.float64], xyzw: NDArray[np.float64]) -
     return pose
 
 
+def from_left_handed(pose: Matrix) -> Matrix:
+    """Our pose of one in a left-handed world with y up whose camera is x right, y up, z forward (Unity, POV-Ray).
+
+    Exchanging the world's y and z makes it right-handed with z up; turning the camera's y makes it ours. Each mirrors,
+    so that together they mirror nothing: what is left in the picture is left in the map.
+    """
+    return _Z_UP @ pose @ _Y_DOWN
+
+
 def intrinsics(fx: float, fy: float, cx: float, cy: float) -> Matrix:
     """The camera matrix (3, 3), in pixels."""
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
@@ -107,3 +118,13 @@ def check_intrinsics(K: Matrix, size: tuple[int, int], where: str) -> None:
             f"{where}: fx {fx:.6g}, fy {fy:.6g}, cx {cx:.6g}, cy {cy:.6g} do not fit pictures of {width} x {height}",
             hint="are they those of another resolution?",
         )
+
+
+def open3d_intrinsics(value: object, where: str) -> tuple[Matrix, tuple[int, int]]:
+    """(K, (width, height)) of Open3D's camera JSON, whose matrix goes column by column."""
+    if isinstance(value, dict):
+        listed, width, height = value.get("intrinsic_matrix"), value.get("width"), value.get("height")
+        good = isinstance(listed, list) and len(listed) == 9 and all(isinstance(v, (int, float)) for v in listed)
+        if good and isinstance(width, int) and isinstance(height, int):
+            return np.array(listed, dtype=np.float64).reshape(3, 3).T, (width, height)
+    raise FormatError(f"{where}: must hold width, height and an intrinsic_matrix of 9 numbers")

@@ -24,9 +24,7 @@ def box_similarity(low: Ints, high: Ints, objects: Objects, kind: str) -> NDArra
     return iou(low, high, other_low, other_high, generalised=kind.startswith("giou"))
 
 
-def iou(
-    low: Ints, high: Ints, other_low: Ints, other_high: Ints, *, generalised: bool = False
-) -> NDArray[np.float32]:
+def iou(low: Ints, high: Ints, other_low: Ints, other_high: Ints, *, generalised: bool = False) -> NDArray[np.float32]:
     """(k, n) float32 intersection over union of boxes of cells, both corners included; generalised: GIoU."""
     end, other_end = high.astype(np.float64) + THINNEST, other_high.astype(np.float64) + THINNEST
     common = np.minimum(end[:, None], other_end[None]) - np.maximum(low[:, None], other_low[None])

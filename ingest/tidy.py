@@ -53,7 +53,7 @@ def merge(objects: Objects, voxels: Voxels, how: Tidying) -> int:
     i, j = np.nonzero(ratio > how.overlap) if isinstance(ratio, np.ndarray) else (np.zeros(0, int), np.zeros(0, int))
     order = np.lexsort((j, i, -ratio[i, j]))
     into = np.arange(n)
-    clip, text = objects.unit("clip"), objects.unit("clip_text")
+    clip, text = objects.looks()
     for a, b in zip(i[order].tolist(), j[order].tolist(), strict=True):
         if into[a] != a:
             continue  # it went already, and not twice

@@ -7,6 +7,9 @@ dictionary is array indexing: finding a point's voxel costs the same however lar
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,9 +30,7 @@ _BLOCKS = 1 << (3 * (REGION - BLOCK))
 _CELLS = 1 << (3 * BLOCK)
 _DENSE = 1 << 16
 
-FACES: Ints = np.array(
-    [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.int32
-)
+FACES: Ints = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.int32)
 """(7, 3): a cell and those that share a face with it."""
 
 
@@ -118,16 +119,20 @@ class Voxels:
 
     def keep(self, rows: NDArray[np.intp]) -> None:
         """Forget all voxels but these; those that stay get new rows, in the same order, from 0."""
-        kept = {name: getattr(self, name)[rows] for name in _COLUMNS}
+        self.fill({name: getattr(self, name)[rows] for name in COLUMNS})
+
+    def fill(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Hold exactly these voxels: for each of COLUMNS its values, row by row."""
+        n = len(columns["cells"])
         fresh = Voxels(self.size)
-        fresh.make(kept["cells"])
+        fresh.make(columns["cells"])
+        order = fresh.find(columns["cells"])
         self._regions, self._blocks, self._leaves = fresh._regions, fresh._blocks, fresh._leaves
         self._n_leaves = fresh._n_leaves
-        order = self.find(kept["cells"])
         self.count = 0
-        self._make_rows(max(1 << 12, len(rows) + len(rows) // 4))
-        self.count = len(rows)
-        for name, values in kept.items():
+        self._make_rows(max(1 << 12, n + n // 4))
+        self.count = n
+        for name, values in columns.items():
             getattr(self, name)[order] = values
 
     def _address(self, cells: Ints, *, create: bool) -> tuple[Ints, Ints, Ints]:
@@ -255,4 +260,4 @@ class Voxels:
         return found
 
 
-_COLUMNS = ("cells", "points", "colors", "weight", "seen", "owners", "votes", "last")
+COLUMNS = ("cells", "points", "colors", "weight", "seen", "owners", "votes", "last")
