@@ -23,6 +23,7 @@ from cgdb.limits import Budget
 from cgdb.planner import Plan
 from cgdb.reasons import reasons
 from cgdb.result import Path, Row, StoredNode, StoredRelation, Value
+from cgdb.scene import ObjectId
 from cgdb.view import SceneView
 
 LARGEST_RESULT = 1_000_000
@@ -196,33 +197,41 @@ def _plain_number(value: Any) -> Value:
 def _edge_values(view: SceneView, edge: EdgeColumn, asked: BoundEdge) -> list[Value]:
     ids = view.column("id")
     name = view.info.name
-    values: list[Value] = []
-    for i in range(len(edge.source)):
-        if edge.hops is not None:
-            values.append(_path(view, edge.hops[i], asked))
-            continue
-        values.append(
-            StoredRelation(
-                scene=name,
-                source=ids[edge.source[i]],
-                target=ids[edge.target[i]],
-                label=edge.label[i],
-                confidence=float(edge.confidence[i]),
-                explanation=edge.explanation[i],
-                origin=edge.origin[i],
-            )
+    if edge.hops is not None:
+        return _paths(view, edge.hops.tolist(), asked)
+    return [
+        StoredRelation(
+            scene=name,
+            source=ids[source],
+            target=ids[target],
+            label=label,
+            confidence=confidence,
+            explanation=explanation,
+            origin=origin,
         )
-    return values
+        for source, target, label, confidence, explanation, origin in zip(
+            edge.source.tolist(),
+            edge.target.tolist(),
+            edge.label,
+            edge.confidence.tolist(),
+            edge.explanation,
+            edge.origin,
+            strict=True,
+        )
+    ]
 
 
-def _path(view: SceneView, way: tuple[int, ...], asked: BoundEdge) -> Path:
-    ids = [view.column("id")[position] for position in way]
-    between = [r for r in view.relations_of(np.asarray(way, np.int64)) if not asked.labels or r.label in asked.labels]
-    relations = []
-    for one, other in itertools.pairwise(ids):
-        ends = ((one, other),) if asked.directed else ((one, other), (other, one))
-        relations.append(max((r for r in between if (r.source, r.target) in ends), key=lambda r: r.confidence))
-    return Path(relations=tuple(relations))
+def _paths(view: SceneView, ways: Sequence[tuple[int, ...]], asked: BoundEdge) -> list[Value]:
+    """The relations along each way: between two nodes the best of those that were asked for."""
+    ids = view.column("id")
+    best: dict[tuple[ObjectId, ObjectId], StoredRelation] = {}
+    for relation in view.relations_of(np.unique([position for way in ways for position in way]).astype(np.int64)):
+        if not asked.labels or relation.label in asked.labels:
+            ends = ((relation.source, relation.target), (relation.target, relation.source))
+            for pair in ends[: 1 if asked.directed else 2]:
+                if pair not in best or best[pair].confidence < relation.confidence:
+                    best[pair] = relation
+    return [Path(relations=tuple(best[ids[one], ids[other]] for one, other in itertools.pairwise(way))) for way in ways]
 
 
 # -- aggregates -------------------------------------------------------------------------------------------------
