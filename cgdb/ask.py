@@ -31,7 +31,7 @@ from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.limits import Limits
-from cgdb.llm import Meter, Model, ModelError
+from cgdb.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model_translate import translated
 from cgdb.pictures import checked, data_url, tower
 from cgdb.prompts import Surroundings, clean, describing, with_picture
@@ -117,6 +117,7 @@ class _Asking:
         self.views = [db.view(name, as_of) for name in names]
         self.catalog: Catalog = merge(view.catalog for view in self.views)
         self.meter = Meter(0.0) if model is None else model.meter()
+        self.silent = False
         self.parameters: dict[str, Any] = {}
         if previous is not None and previous.ids:
             self.parameters["previous"] = list(previous.ids)
@@ -127,7 +128,7 @@ class _Asking:
             self._look(self.image)
         draft = self._with_model() or self._built_in()
         draft = self._shown_nearest(draft)
-        if self.model is not None and rerank:
+        if self.model is not None and rerank and not self.silent and self.meter.remaining > 0:
             judged_answer = self._judged(draft)
             if judged_answer is not None:
                 return judged_answer
@@ -185,6 +186,10 @@ class _Asking:
             raise
         except (ModelError, MissingExtraError) as error:
             self.warnings.append(f"answered without the model: {_line(error)}")
+            # A server that does not answer is not asked again for the order of the rows.
+            self.silent = (
+                not isinstance(error, ModelError) or isinstance(error, Unreachable) or error.status is not None
+            )
         except (ParseError, BindError, ExecuteError) as error:
             self.warnings.append(f"answered without the model, which wrote no statement that holds: {_line(error)}")
         else:
@@ -199,8 +204,10 @@ class _Asking:
             )
         if "picture" in self.parameters:
             given["picture"] = "the picture, for o ~ $picture: things that look like it"
-        hits = self.db.search(self.asked[:500], k=60, scenes=[view.info.name for view in self.views])
-        tags = [tag for node in hits.nodes if (tag := node.tag or node.caption)]
+        tags: list[str] = []
+        if self.as_of is None:  # a search is of now
+            hits = self.db.search(self.asked[:500], k=60, scenes=[view.info.name for view in self.views])
+            tags = [tag for node in hits.nodes if (tag := node.tag or node.caption)]
         return Surroundings(
             catalog=self.catalog,
             places=self._places(),

@@ -22,7 +22,8 @@ the judgements, a JSON file:
 R@k: of the n queries that have an object of grade 2, the share with one of these among the first k; 95 %: of R@1, by
 bootstrap over queries. MRR: of the same queries, the mean of 1 over the place of the first. A query with no relevant
 object at all should be answered with "nothing fits": no P and no R, precision and recall of saying so, are over these
-and the ones with a grade 2; a query whose objects are all of grade 1 counts for neither. tokens and s: median per query."""
+and the ones with a grade 2; a query whose objects are all of grade 1 counts for neither. tokens and s (seconds): the
+median per query."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

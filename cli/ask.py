@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,7 +73,9 @@ def show(answer: Answer, *, why: bool = False, everything: bool = False) -> None
     out = render.console()
     mark, style = ("✓", "bold green") if answer.achievable else ("✗", "bold yellow")
     out.print(Text(f"{mark} {render.clean(answer.explanation)}", style=style), soft_wrap=True)
-    asking.show(answer.result, "table", why=why, everything=everything)
+    fitting = sum(row.fits for row in answer.rows)
+    some = answer.rows if everything else answer.rows[: max(5, min(fitting + 3, render.SHOWN))]
+    asking.show(replace(answer.result, rows=some), "table", why=why, everything=everything)
     for line in answer.understood:
         out.print(Text(f"  {render.clean(line)}", style="dim"), soft_wrap=True)
     out.print(Text(f"  {render.clean(answer.query)}"), soft_wrap=True)

@@ -464,6 +464,14 @@ def test_a_missing_package_leaves_the_built_in_answer(db: Database, monkeypatch:
     assert any("pip install 'cgdb[llm]'" in line for line in answer.warnings)
 
 
+def test_a_question_about_the_past(db: Database) -> None:
+    db.remove("kitchen")
+    with ModelServer(brain('MATCH (o ~ "cushion") RETURN o')) as at:
+        answer = db.ask("Where was the cushion?", model=model(at), as_of=1)
+        assert answer.query.startswith("AS OF 1 MATCH")
+        assert answer.ids == (4,)
+
+
 # -- follow-ups -------------------------------------------------------------------------------------------------
 
 
