@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
-from cgdb.errors import BindError, Span, did_you_mean, one_of
+from cgdb.errors import BindError, LimitError, Span, did_you_mean, one_of
 from cgdb.functions import AGGREGATES, FUNCTIONS, Signature
 from cgdb.grammar import ast
 from cgdb.grammar.limits import children
@@ -23,6 +23,8 @@ from cgdb.scene import ObjectId
 
 MAX_HOPS = 10
 """Longest path that a statement may ask for; ``*`` without an upper bound means this many."""
+MAX_NODES = 50
+"""Nodes that the patterns of a statement, or of one condition in it, may have together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,6 +169,8 @@ class _Binder:
             where, kind = self._expression(query.where, scope)
             self._expect(kind, "boolean", query.where, "WHERE asks for a condition")
             conditions.extend(where.items if isinstance(where, ast.And) else (where,))
+        for condition in conditions:
+            _check_no_row_score(condition)
         returns = self._returns(query, scope)
         aggregates = any(_has_aggregate(item.expression) for item in returns)
         return BoundQuery(
@@ -200,6 +204,12 @@ class _Binder:
                 names.append(node.name)
             for position, edge in enumerate(pattern.edges):
                 edges.append(self._edge(edge, names[position], names[position + 1], scope))
+                if len(edges) >= MAX_NODES:
+                    raise LimitError(
+                        f"the patterns have more than {MAX_NODES - 1} edges", hint=_ASK_LESS, span=edge.span
+                    )
+            if len(nodes) > MAX_NODES:
+                raise LimitError(f"the patterns have more than {MAX_NODES} nodes", hint=_ASK_LESS, span=pattern.span)
         return BoundMatch(nodes=nodes, edges=tuple(edges), conditions=tuple(conditions))
 
     def _node(self, item: ast.NodePattern, scope: _Scope, conditions: list[ast.Expression]) -> BoundNode:
@@ -552,7 +562,30 @@ class _Binder:
                     or 'inside a condition leave new nodes without a name, as in (o)-[:on]->(~ "table")',
                     span=item.span,
                 )
-        self._subpatterns[pattern] = self._match((pattern,), inner)
+        match = self._match((pattern,), inner)
+        for condition in match.conditions:
+            self._check_inside(condition, scope)
+        # What the conditions compare with is matched along with it, as a node that no edge touches.
+        outer = {name: node for name, node in inner.nodes.items() if name not in match.nodes and node.named}
+        asked = set().union(*map(_nodes_named, match.conditions))
+        self._subpatterns[pattern] = replace(
+            match, nodes={**match.nodes, **{name: node for name, node in outer.items() if name in asked}}
+        )
+
+    def _check_inside(self, item: ast.Syntax, scope: _Scope) -> None:
+        """Inside a pattern of a condition neither scores nor relations are known: they depend on what comes of it."""
+        if isinstance(item, ast.Call) and item.name == "score":
+            raise BindError("score() is not known inside a pattern of a condition", span=item.span)
+        if isinstance(item, ast.Property | ast.Variable):
+            name = item.variable if isinstance(item, ast.Property) else item.name
+            if name in scope.edges:
+                raise BindError(
+                    f"'{name}' is a relation, which is not known inside a pattern of a condition",
+                    hint="compare it in WHERE, beside the pattern",
+                    span=item.span,
+                )
+        for part in children(item):
+            self._check_inside(part, scope)
 
     def _variable(self, name: str, span: Span, scope: _Scope) -> str:
         if name in scope.nodes:
@@ -729,6 +762,28 @@ def check_value(name: str, value: Any, span: Span) -> None:
             ) from None
     elif isinstance(value, int) and not -(2**63) < value < 2**63:
         raise BindError(f"parameter ${name} is a whole number of more than 63 bits", span=span)
+
+
+_ASK_LESS = "ask for less at once"
+
+
+def _nodes_named(item: ast.Syntax) -> set[str]:
+    """The variables that an expression names."""
+    names = set().union(*map(_nodes_named, children(item)))
+    if isinstance(item, ast.Property | ast.Similar | ast.NodePattern) and item.variable is not None:
+        names.add(item.variable)
+    return names | {item.name} if isinstance(item, ast.Variable) else names
+
+
+def _check_no_row_score(item: ast.Syntax) -> None:
+    if isinstance(item, ast.Call) and item.name == "score" and not item.arguments:
+        raise BindError(
+            "the score of a row is only known after all conditions",
+            hint="score(o) is that of one object; score() can stand in RETURN and ORDER BY",
+            span=item.span,
+        )
+    for part in children(item):
+        _check_no_row_score(part)
 
 
 def _is_of_a_row(item: ast.Syntax) -> bool:

@@ -18,7 +18,7 @@ from cgdb.limits import Budget
 from cgdb.near import joined, near_pairs
 from cgdb.neighbours import expand
 from cgdb.paths import follow
-from cgdb.planner import FIRST_BATCH, Plan, Seed, plan_condition
+from cgdb.planner import FIRST_BATCH, GRAPH_EDGES, Plan, Seed, plan_condition
 
 if TYPE_CHECKING:
     from cgdb.view import SceneView
@@ -227,6 +227,9 @@ class Executor:
         mine = {node.name: known[node.name] for node in component.nodes if node.name in known}
         if any(not len(positions) for positions in mine.values()):
             return _no_rows([node.name for node in component.nodes], [edge.name for edge in component.edges])
+        if not mine and len(component.edges) > GRAPH_EDGES:
+            first = component.nodes[0]
+            mine = {first.name: self._scanned(first, None)}
         if mine:
             return self._expanded(component, mine)
         statement = cypher.statement(component)
