@@ -34,12 +34,14 @@ exit codes: 0 done, 1 check found something, 2 command line, 3 query text or nam
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit code. stdout is data, stderr is talk."""
     if hasattr(signal, "SIGPIPE"):
-        # `cgdb query ... | head` ends quietly, as other tools do.
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+        # A model server that hangs up must not end the process, as the signal would.
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     try:
         options = _options(sys.argv[1:] if arguments is None else arguments)
         command = getattr(import_module(options.module), options.function)
-        return int(command(options) or 0)
+        code = int(command(options) or 0)
+        sys.stdout.flush()
+        return code
     except CgdbError as error:
         sys.stdout.flush()
         _say(error.render())
@@ -47,6 +49,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         _say("interrupted; nothing that was not finished has been written")
         return 130
+    except BrokenPipeError:
+        # `cgdb query ... | head` ends quietly, as other tools do; what Python has yet to write goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + 13
     except Exception as error:
         if os.environ.get("CGDB_DEBUG"):
             raise
@@ -206,6 +212,7 @@ def _mapping(commands: Any) -> None:
     )
     mapping.add_argument("--min-detections", type=int, default=3, metavar="N", help="fewer is no object (3)")
     mapping.add_argument("--every", type=int, default=100, metavar="N", help="write a revision every N frames (100)")
+    mapping.add_argument("--keep-state", action="store_true", help="keep what is needed to map further another day")
     mapping.add_argument("--resume", action="store_true", help="go on with the scene, with this recording or another")
     mapping.add_argument(
         "--on-existing",
