@@ -14,8 +14,8 @@ from cgdb.needs import is_story, remedy
 from cgdb.phrases import Phrases, Word, joined, listed, stretch
 from cgdb.question_frames import MARKS, ending, opening, state_at_end
 
-_WEIGHTLESS = listed("too very really quite so such any kind sort type of be being at all like as have to")
-_DANGLING = listed("and or but is are that which who of a an the there also preferably ideally has have must can would")
+_WEIGHTLESS = listed("too very really quite so such any kind sort type of be being at all like as have to with for")
+_DANGLING = listed("and or but is are that which who of a an the there also preferably ideally has have")
 _LEFT_OVER = listed("in on at by with from it to")
 _NO_ANCHOR = listed("and or for with to but is are that which , can i we you")
 _AFTER_PLACE = listed("and or but that which is are to for please with what where")
@@ -75,8 +75,10 @@ class _Reader:
         asked = self._asked(None if state is None else state[1])
         if not begins.bare and not story and asked == Asked(use=asked.use):
             return None
-        if story and helps is not None:
-            asked = replace(asked, excluded=())
+        if story:
+            # "I can't stand the noise" tells of the noise, and excludes nothing.
+            kept = tuple(text for text in asked.excluded if remedy(["i", *text.casefold().split()]) is None)
+            asked = replace(asked, excluded=kept)
         return Clause(asked=asked, story=story, remedy=helps, bare=begins.bare or not asked.wanted, wish=begins.wish)
 
     def _asked(self, state: str | None) -> Asked:
@@ -107,7 +109,11 @@ class _Reader:
 
     def _step(self) -> None:
         """Read one piece: a cue with what belongs to it, or a word of what is wanted."""
-        start = self._past_connectors(self._at)
+        verb_follows = bool(self._wanted) and self._wanted[-1].form in cues.BEFORE_VERBS
+        behind = self._negation(self._at)
+        if behind is not None and behind[1] == "behind" and self._read_negation(self._at):
+            return
+        start = self._at if verb_follows else self._past_connectors(self._at)
         for begin in dict.fromkeys((start, self._at)):
             if (
                 self._read_each_room(begin)
@@ -170,11 +176,18 @@ class _Reader:
         if hit is None:
             return False
         length, how = hit
+        near = cues.relations().at(self._words, begin)
+        if near is not None and near[0] > length:
+            return False  # "not far from"
         if not how:
             self._wanted.extend(self._words[begin : begin + length])
             self._at = begin + length
             return True
         after = begin + length
+        if how == "behind":
+            self._excluded.append(self._said_behind())
+            self._at = after
+            return True
         if how == "kind" and self._read_negated_place(after):
             return True
         end = self._excluded_end(after)
@@ -196,6 +209,13 @@ class _Reader:
             return ""
         subject = self._bare_text(self._wanted[at + 1 : len(self._wanted) - modal])
         del self._wanted[at:]
+        return subject
+
+    def _said_behind(self) -> str:
+        """What "a vase is not an option" is about, taken out of what is wanted."""
+        at = max((i for i, word in enumerate(self._wanted) if word.form in (",", "but", "and")), default=-1)
+        subject = self._bare_text(self._wanted[at + 1 :])
+        del self._wanted[max(at, 0) :]
         return subject
 
     def _read_negated_place(self, i: int) -> bool:
@@ -228,11 +248,20 @@ class _Reader:
             at = self._past_connectors(j)
             if any(self._negation(k) is not None or self._strong(k) for k in (j, at)) or self._place(j) is not None:
                 return j
+            if at > j and cues.relations().at(self._words, at) is not None:
+                return j  # "which are on the table" is said of what is wanted
             if self._form_at(j) in (",", "but") and self._takes_up(j):
                 return j
-            if self._form_at(j) == "to" and not self._prefix and _all_generic(self._wanted):
+            if self._form_at(j) in ("to", "for") and not self._prefix and _all_generic(self._trimmed(self._wanted)):
                 return j  # "anything but a knife to cut bread"
+            if self._form_at(j) == "," and self._inserted(i, j):
+                return j
         return max(i, len(self._words))
+
+    def _inserted(self, begin: int, end: int) -> bool:
+        """Whether what is excluded is a word thrown in: "a red, not blue, chair"."""
+        rest = {word.form for word in self._words[end + 1 :]}
+        return bool(rest) and not rest & _AND and _only_traits(stretch(self._text, self._words[begin:end]))
 
     def _takes_up(self, i: int) -> bool:
         if self._form_at(i) == "but":
@@ -266,6 +295,8 @@ class _Reader:
     def _place(self, i: int) -> tuple[int, str] | None:
         """(words, name) of "in the kitchen" at word i."""
         if self._form_at(i) not in ("in", "inside", "from", "within", "at", "of"):
+            return None
+        if i > 0 and self._form_at(i - 1) in ("used", "useful", "needed", "worn"):
             return None
         j = i + 1
         while self._form_at(j) in cues.STARTERS:
@@ -369,7 +400,8 @@ class _Reader:
         kept = list(part)
         while kept and kept[0].form in cues.STARTERS:
             kept.pop(0)
-        return stretch(self._text, kept) or None
+        text = stretch(self._text, kept)
+        return text if text and text.casefold() not in cues.PRONOUNS else None
 
     def _closes(self, j: int) -> bool:
         """Whether what a relation names ends before word j."""
@@ -445,10 +477,19 @@ class _Reader:
         text = joined(self._text, kept)
         if self._prefix:
             alone = self._opening.bare and not self._prefix.startswith("something to use like")
-            return ("", True) if alone else (f"{self._prefix} {text}".strip(), True)
-        if kept and kept[0].form == "to":
+            return ("", True) if alone else (self._with_prefix(kept), True)
+        if kept and kept[0].form in ("to", "for"):
             return f"something {text}", True
         return ("", False) if _all_generic(kept) else (text, _says_use(kept))
+
+    def _with_prefix(self, kept: Sequence[Word]) -> str:
+        """ "I want to sit on something soft" asks for something soft to sit on."""
+        at = next((i for i, word in enumerate(kept) if word.form in ("something", "anything")), None)
+        if at is None or not self._prefix.startswith("something "):
+            return f"{self._prefix} {joined(self._text, kept)}".strip()
+        how = self._prefix.removeprefix("something ")
+        parts = ("something", joined(self._text, kept[at + 1 :]), how, joined(self._text, kept[:at]))
+        return " ".join(part for part in parts if part)
 
 
 def depicts(text: str) -> bool:

@@ -13,17 +13,17 @@ _MAY = "can|could|should|would|may|might|must|will|do"
 # How a question begins. lead: says nothing; the others say what is asked, see cgdb.questions.
 _FRAMES: Mapping[str, str] = {
     "lead": """please, hi, hello, hey, hey robot, ok, okay, so, well, now, and, then, but, robot, can|could|would|will
-        you please? find|show|get|bring|fetch|give|locate|list|tell|name|point|take|hand|help? me|us? to? please?,
-        show|find|get|bring|fetch|give|tell|hand|point me|us? please?, locate, list all?, name,
+        you please? recommend|suggest|find|show|get|bring|fetch|give|locate|list|tell|name|point|take|hand|help?
+        me|us? to? please?, show|find|get|bring|fetch|give|tell|hand|point me|us? please?, locate, list all?, name,
         look|search|looking|searching for, point me? at|to, take me to, identify, detect, select, pick, choose,
-        return, i|we|you am|are looking|searching for, i|we would? like|love|want|need, i|we want|need you? to
-        find|see|locate|get|have|know|fetch|buy, i|we would like to find|see|locate|get|have|know, i|we am|are trying
-        to find|locate, help me find, let us find, do you know, have you seen, i wonder, tell me, i|we can|could not
-        find, i|we have? lost, i|we do not know, which|what|any|one|all|some|each|every of the|these|those|my, all
-        the|of|my?, every, each, the following, which|what objects|object|things|thing|items|item is|are, what is|are
-        the?, what|which, who is, this|that|it|he|she is, this|that looks like, these|those|they are, here is|are,
-        there is|are, the? image|picture|photo|object|item|thing|objects|things is|are|of|shows|show, a|an|the
-        picture|photo showing, i see, i am thinking of, describe, is|are""",
+        return, i|we|you am|are looking|searching for, i|we would? like|love|want|need, i|we want|need|would like you
+        to find|see|locate|get|have|fetch|buy, i|we am|are trying to find|locate, help me find, let us find, do you
+        know, have you seen, i wonder, tell me, i|we can|could not find, i|we have? lost, i|we do not know,
+        which|what|any|one|all|some|each|every of the|these|those|my, all the|of|my?, every, each, the following,
+        which|what objects|object|things|thing|items|item is|are, what is|are the?, what|which, who is,
+        this|that|it|he|she is, this|that looks like, these|those|they are, here is|are, there is|are, the?
+        image|picture|photo|object|item|thing|objects|things is|are|of|shows|show, a|an|the picture|photo showing, i
+        see, i am thinking of, describe, is|are""",
     "exists": """is|are there any|some?, do|can|did you have|see|find any|some?, is|are there not any|some?, does
         it|this|the have|contain any?, does the map|room|scene|house have|contain any?, any, got any, do|did we have
         any|some?, have you got any?, is|are there any|some? of?""",
@@ -37,7 +37,8 @@ _FRAMES: Mapping[str, str] = {
         contains|contain|has|have|holds, in? which|what room|rooms is|are there?""",
     "somewhere": f"""where {_MAY} {_WHO}, where to, where should|could|can it, where is|are a? good? place|spot? to,
         where might be a good place to""",
-    "use": f"""what|which {_MAY} {_WHO} use|need? to|for?, what else {_MAY} {_WHO} use|need? to|for?, which|what
+    "use": f"""how {_MAY} {_WHO}, is there any|a|some way|possibility|chance to, what else? is|are there to|for,
+        what|which {_MAY} {_WHO} use|need? to|for?, what else {_MAY} {_WHO} use|need? to|for?, which|what
         object|thing|item|tool|objects|things|items {_MAY} {_WHO} use|need? to|for?, what else? can be used|taken
         to|for, what would? you? use|recommend|suggest? to|for, with what {_MAY} {_WHO}, what is|are
         used|useful|good|needed|suitable|best|great|handy|helpful|required to|for, what else? {_MAY} be
@@ -45,36 +46,38 @@ _FRAMES: Mapping[str, str] = {
         object|thing|item|tool|one would|could|can|might|will help me|us|you|one|someone? to?, what helps me? to?,
         which|what one|object|thing|item is|are|would best|good|suitable|useful|used be? to|for, what works for,
         on|in|with which {_MAY} {_WHO}""",
-    "do": """i|we|he|she want|need|wants|needs|have|has|must to, i|we must, i|we would like|love|want|need to, i|we
-        am|are going to, i|we am|are trying to, i|we am|are about to, i|we plan|wish|hope|intend|try|have to, my
+    "do": """let us, it? is? time to, want|need to, if|when i|we|you want|wanted|need|needed|have|had|wish to,
+        i|we|he|she want|need|wants|needs|have|has|must to, i|we must, i|we would like|love|want|need to, i|we am|are
+        going to, i|we am|are trying to, i|we am|are about to, i|we plan|wish|hope|intend|try|have to, my
         friend|son|daughter|child|kid|wife|husband|mother|father|guest wants|needs|would like to, help me|us to?, i|we
         have got to, so that i|we can, i|we feel like, i|we can, can|could i|we""",
-    "can": """what|which else? can|could|would|will|might|does, which|what thing|object|item|one|tool
+    "can": """what|which|who else? can|could|would|will|might|does, which|what thing|object|item|one|tool
         can|could|would|will|might|does""",
 }
 
 # Endings that add nothing.
-TAILS = """are|is there, there are|is, do|can|did you see|have|find|know, can be found|seen, please, thanks, thank
-        you, to me|us|him|her, for me, for us, in total, altogether, at all, right now, now, here, over? there, around
-        here?, are they, is it, in|on|of this|the map|scene|image|picture|environment|area, in|of this|the
-        room|house|apartment|flat|home|building|place, exist, available, somewhere, currently, if possible, do|does
-        it|we|the|this|room|house have|contain|has, at the moment, in here, present, in sight, is|are|be
-        located|kept|stored|hidden, located"""
+TAILS = """do|would|should|can|could i|we need|use|take, are|is there, there are|is, do|can|did you
+        see|have|find|know, can be found|seen, please, thanks, thank you, to me|us|him|her, for me, for us, in total,
+        altogether, at all, right now, now, here, over? there, around here?, are they, is it, in|on|of this|the
+        map|scene|image|picture|environment|area, in|of this|the room|house|apartment|flat|home|building|place, exist,
+        available, somewhere, currently, if possible, do|does it|we|the|this|room|house have|contain|has, at the
+        moment, in here, present, in sight, is|are|be located|kept|stored|hidden, located"""
 
 # What does not exclude although it looks so.
 _NOT_NEGATIVE = """not only, not just, not sure, not necessarily, no matter, whether or not, why not, no idea, not to
-        mention, not too far from, nothing but, no problem, or not, if not, can not wait"""
+        mention, not too far from, nothing but, no problem, or not, can not wait"""
 
 _NEGATIONS: Mapping[str, str] = {
-    "kind": """other than, others than, unlike, dissimilar to, different to|from|than, except for?, excepting,
-        besides, apart from, aside from, rather than, as opposed to, in contrast to, contrary to, excluding, exclude,
-        ignoring, disregarding, leaving out, but not|no, and not|no, yet not|no, not, no, nor, without, without any,
-        lacking, never, free of|from, minus, anything but, everything but, all but, any but, something but, but for,
-        save for, unrelated to, not related to, not like, not a kind of, not some kind of, neither, with no, with no
-        kind of, that|which|who has|have|had|contains|contain no, has|have no, i|we? would rather|prefer not to?,
-        i|we? prefer not to?, nothing, none of, that|which|who is|are|were not, is|are|be not, it|this|they|these
-        is|are not, alternative|alternatives to, a|an substitute for, not any, and|but it|they is|are not, other then,
-        not being""",
+    "kind": """if not, but please? no|not, please no|not, but the|my, other than, others than, unlike, dissimilar to,
+        different to|from|than, except for?, excepting, besides, apart from, aside from, rather than, as opposed to,
+        in contrast to, contrary to, excluding, exclude, ignoring, disregarding, leaving out, but not|no, and not|no,
+        yet not|no, not, no, nor, without, without any, lacking, never, free of|from, minus, anything but, everything
+        but, all but, any but, something but, but for, save for, unrelated to, not related to, not like, not a kind
+        of, not some kind of, neither, with no, with no kind of, that|which|who has|have|had|contains|contain no,
+        has|have no, i|we? would rather|prefer not to?, i|we? prefer not to?, nothing, none of, that|which|who
+        is|are|were not, is|are|be not, it|this|they|these is|are not, good|better|suitable|nice|best?
+        alternative|alternatives to, a|an substitute for, not any, and|but it|they is|are not, other then, not being""",
+    "behind": "is|are not an? option|allowed|available|possible|suitable|welcome|wanted|permitted|ok|okay",
     "instead": "instead of, in place of, in lieu of",
     "dislike": """for|to someone|somebody|anyone|people|persons|those|guests|kids|children who|that
         dislikes|dislike|hates|hate|detests|detest|avoids|avoid|fears|fear|loathes|loathe, for a|the|my
@@ -218,8 +221,8 @@ SAME_ROOM: tuple[frozenset[str], ...] = (
 """Rooms that people call by several names, without spaces."""
 
 GENERIC = listed(
-    """something anything somewhere anywhere thing things object objects item items stuff place places spot spots
-    what one ones everything nothing someone anybody"""
+    """help something anything somewhere anywhere thing things object objects item items stuff place places spot spots
+    what one ones help everything nothing someone anybody"""
 )
 """Heads that name no thing."""
 STRUCTURE = listed("wall walls floor floors ceiling ceilings ground room rooms corner corners roof")
@@ -227,12 +230,14 @@ STRUCTURE = listed("wall walls floor floors ceiling ceilings ground room rooms c
 PLACING = listed("""put place set hang lay stick mount install attach pour insert drop store leave hide add""")
 """Verbs that say where something goes: what follows them is not where the thing looked for is."""
 MODALS = listed("must can could should would will may might do does did")
+BEFORE_VERBS = MODALS | listed("to i we you")
 USE_MARKS = listed("to can could for used i that which where with someone")
 ASKING = listed("what find show bring can could give get which where how")
 """Words that begin a new question behind a comma."""
 TRAILING = listed("please though either and but , . ; : ! ? instead ideally preferably")
 SEEKING = listed("find see know locate get have look fetch bring buy count show spot identify")
 STARTERS = listed("a an the some any my your our his her their this that these those its another one")
+PRONOUNS = listed("it them this that these those me you us him her one ones")
 EACH_OTHER = frozenset(("each other", "one another", "another one", "another", "others", "other ones"))
 
 

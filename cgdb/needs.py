@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from cgdb.phrases import listed
 from cgdb.words import singular
@@ -36,29 +36,40 @@ _REMEDY = {word: remedy for remedy, signs in _HELP.items() for word in signs.spl
 _TELLERS = listed("i we my our he she they his her their someone somebody there")
 
 
-def remedy(forms: list[str]) -> str | None:
+_CONJUNCTIONS = listed("when if because since as while whenever now that")
+_ASKED_TIME = (["what", "time"], ["how", "late"])
+_I_CUT = (["i", "cut"], ["i", "burned"], ["i", "burnt"])
+
+
+def remedy(forms: Sequence[str]) -> str | None:
     """What one would like to do in the situation that a clause tells of; None where it tells of none that is known.
 
     Only what is told counts ("I am cold", "it is too dark"): a cold drink is no situation.
     """
-    if not forms:
+    told = _told(forms)
+    if told[:2] in _ASKED_TIME:
+        return "tell the time"
+    if told[:2] in _I_CUT and "my" in told:
+        return "treat a wound"
+    if not told or not (
+        told[0] in _TELLERS or (told[0] == "it" and _is_weather(told)) or (told[0] == "the" and "too" in told)
+    ):
         return None
-    told = forms[0] in _TELLERS or (forms[0] == "it" and _is_weather(forms)) or (forms[0] == "the" and "too" in forms)
-    if not told:
-        return None
-    for form in forms:
-        if form in _REMEDY:
-            return _REMEDY[form]
-        if singular(form) in _REMEDY:
-            return _REMEDY[singular(form)]
-    return None
+    return next((_REMEDY[word] for form in told for word in (form, singular(form)) if word in _REMEDY), None)
 
 
-def _is_weather(forms: list[str]) -> bool:
+def _told(forms: Sequence[str]) -> list[str]:
+    """The words behind "when" or "because"."""
+    start = next((i for i, form in enumerate(forms) if form not in _CONJUNCTIONS), len(forms))
+    return list(forms[start:])
+
+
+def _is_weather(forms: Sequence[str]) -> bool:
     """ "It is too dark" tells of the world, "it is a dark lamp" of a thing."""
     return forms[1:2] in (["is"], ["was"], ["gets"]) and forms[2:3] not in (["a"], ["an"], ["the"])
 
 
-def is_story(forms: list[str]) -> bool:
+def is_story(forms: Sequence[str]) -> bool:
     """Whether a clause tells of somebody ("my laptop does not start") instead of asking."""
-    return bool(forms) and forms[0] in _TELLERS - {"there"}
+    told = _told(forms)
+    return bool(told) and told[0] in _TELLERS - {"there"}

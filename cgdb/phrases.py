@@ -11,6 +11,9 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
+LONGEST_PHRASE = 16
+"""Words of a phrase that is looked for."""
+
 
 def listed(text: str) -> frozenset[str]:
     """A set of words from a text."""
@@ -89,6 +92,16 @@ def joined(text: str, found: Sequence[Word]) -> str:
     return " ".join(part for run in runs if (part := stretch(text, run)))
 
 
+class _Step(Generic[T]):
+    """Where a phrase has got to: the words that may follow, and the value if it may end here."""
+
+    __slots__ = ("after", "ends")
+
+    def __init__(self) -> None:
+        self.after: dict[str, _Step[T]] = {}
+        self.ends: list[T] = []
+
+
 class Phrases(Generic[T]):
     """A table of phrases with a value each.
 
@@ -96,20 +109,27 @@ class Phrases(Generic[T]):
     """
 
     def __init__(self, table: Mapping[T, str]) -> None:
-        self._by_first: dict[str, list[tuple[tuple[str, ...], T]]] = {}
+        self._root: _Step[T] = _Step()
         for value, phrases in table.items():
             for phrase in re.sub(r"\|\s+", "|", phrases).split(","):
                 for forms in _spelled(phrase.split()):
-                    self._by_first.setdefault(forms[0], []).append((forms, value))
-        for entries in self._by_first.values():
-            entries.sort(key=lambda entry: -len(entry[0]))
+                    step = self._root
+                    for form in forms:
+                        step = step.after.setdefault(form, _Step())
+                    if not step.ends:
+                        step.ends = [value]
 
     def at(self, found: Sequence[Word], i: int) -> tuple[int, T] | None:
         """(number of words, value) of the longest phrase that begins at word i."""
-        for forms, value in self._by_first.get(found[i].form, ()) if i < len(found) else ():
-            if all(i + k < len(found) and found[i + k].form == form for k, form in enumerate(forms)):
-                return len(forms), value
-        return None
+        step, best = self._root, None
+        for length, word in enumerate(found[i : i + LONGEST_PHRASE], start=1):
+            following = step.after.get(word.form)
+            if following is None:
+                break
+            step = following
+            if step.ends:
+                best = (length, step.ends[0])
+        return best
 
     def only(self, text: str) -> T | None:
         """The value of a text that is one of the phrases, and nothing else."""

@@ -11,7 +11,7 @@ from cgdb.phrases import Word, listed
 
 MARKS = frozenset('.,;:?!()/"')
 
-_BARE_USES = listed("use take do need try get grab have now then instead wear")
+_BARE_USES = listed("use take do need try get grab have go now then instead wear")
 _MEALS = listed("breakfast lunch dinner supper dessert brunch snack")
 
 
@@ -54,7 +54,8 @@ def opening(found: Sequence[Word], start: int = 0) -> Opening:
         elif frame == "do":
             if prefix or following is None or following in ("not", "a", "an", "the"):
                 break
-            if following in cues.SEEKING:
+            object_of = found[at + length + 1].form if at + length + 1 < len(found) else ""
+            if following in cues.SEEKING and object_of not in ("better", "clearly", "in"):
                 length += 1  # "I want to find my keys": the wish says nothing
             else:
                 prefix, wish = "something to", True
@@ -77,7 +78,7 @@ def opening(found: Sequence[Word], start: int = 0) -> Opening:
 
 def begins_question(found: Sequence[Word], i: int) -> bool:
     """Whether a new question begins at word i, behind a comma: "I spilled it, what can I use?"."""
-    while i < len(found) and found[i].form in ("so", "and", "but", ",", "then"):
+    while i < len(found) and found[i].form in ("so", "and", "but", ",", "then", "please"):
         i += 1
     hit = cues.frames().at(found, i)
     if hit is None:

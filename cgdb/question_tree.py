@@ -21,8 +21,11 @@ from cgdb.knowledge import knowledge
 from cgdb.phrases import words
 from cgdb.words import singular
 
-LONGEST_MEANING = 1000
-"""Characters of one ``~``: an encoder reads no further."""
+LONGEST_MEANING = 300
+"""Characters of one ``~``; what is said in more is no longer one thing."""
+
+MOST_ANCHORS = 4
+"""Things that one relation may name ("between a, b and c")."""
 
 SUBJECT, ROOM = "o", "r"
 
@@ -171,7 +174,7 @@ class _Writer:
 
     def _located(self, asked: Asked, located: Located, before: Located | None) -> ast.Expression:
         says = _SAYS.get(located.name, located.name)
-        anchors = [anchor or self.wanted or "object" for anchor in located.anchors]
+        anchors = [anchor or self.wanted or "object" for anchor in located.anchors[:MOST_ANCHORS]]
         side = f"with {' and '.join(anchors)} {says} it" if located.inverse else f"{says}: {' and '.join(anchors)}"
         self._say(f"not {side}" if located.negated else side)
         if located.negated:
@@ -190,7 +193,7 @@ class _Writer:
             return _any_of([*said, _similar(kind)])
         if _is_structure(anchor) or _same_kind(self.wanted, anchor) or depicts(self.wanted):
             return _any_of([*said, whole])
-        touching = _pattern(_subject_node(), relation_names.touching(self.catalog), _meant(anchor))
+        touching = _pattern(_subject_node(), relation_names.touching(self.catalog, located.name), _meant(anchor))
         return _any_of([*said, _all_of([_any_of([touching, _similar(anchor)]), whole])])
 
     def _edge(self, located: Located, anchor: str) -> ast.Expression:

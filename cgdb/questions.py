@@ -17,6 +17,9 @@ from cgdb.question_frames import MARKS, begins_question
 MOST_WORDS = 200
 """Words of a question that are read: more than anybody asks, and few enough for any text to be cheap."""
 
+MOST_PARTS = 12
+"""Exclusions, and as many relations, places and sizes, that a question may have; of a text that goes on, the first."""
+
 _ENDS = frozenset(".;?!")
 
 
@@ -65,13 +68,13 @@ def _together(parts: Sequence[Clause]) -> Asked:
     return replace(
         asked,
         excluded=_once(*asked.excluded, *(text for other in others for text in other.excluded)),
-        located=(*asked.located, *(one for other in asking for one in other.located)),
+        located=(*asked.located, *(one for other in asking for one in other.located))[:MOST_PARTS],
         places=_once(*asked.places, *(text for other in others for text in other.places)),
         not_places=_once(*asked.not_places, *(text for other in others for text in other.not_places)),
-        measured=(*asked.measured, *(one for other in asking for one in other.measured)),
+        measured=(*asked.measured, *(one for other in asking for one in other.measured))[:MOST_PARTS],
         first=asked.first or next((other.first for other in asking if other.first), None),
     )
 
 
 def _once(*texts: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(texts))
+    return tuple(dict.fromkeys(texts))[:MOST_PARTS]

@@ -74,9 +74,10 @@ def edge(catalog: Catalog, name: str, *, inverse: bool = False) -> ast.EdgePatte
     return ast.EdgePattern(direction=ast.Direction.ANY)
 
 
-def touching(catalog: Catalog) -> ast.EdgePattern:
-    """Any relation that speaks for one that the map may have missed; either way."""
-    return ast.EdgePattern(labels=_labels(catalog, *(_NAMES[n] for n in _TOUCHING)), direction=ast.Direction.ANY)
+def touching(catalog: Catalog, name: str) -> ast.EdgePattern:
+    """The relation itself or any that speaks for it where the map may have missed it; either way."""
+    groups = (_NAMES[name], *(_NAMES[other] for other in _TOUCHING))
+    return ast.EdgePattern(labels=_labels(catalog, *groups), direction=ast.Direction.ANY)
 
 
 def _labels(catalog: Catalog, *groups: frozenset[str]) -> tuple[str, ...]:

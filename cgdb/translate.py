@@ -20,8 +20,8 @@ from cgdb.phrases import cleaned, words
 from cgdb.question_tree import LONGEST_MEANING, write
 from cgdb.questions import MOST_WORDS, understand
 
-LONGEST_QUESTION = 100_000
-"""Characters that are looked at; of longer texts the rest is not even cleaned."""
+LONGEST_QUESTION = 4_000
+"""Characters of a question that are read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +47,7 @@ def translate(question: str, catalog: Catalog, *, places: Sequence[str] = (), up
     if not isinstance(question, str):
         raise UsageError(f"a question is a text, not {type(question).__name__}")
     text = cleaned(question[:LONGEST_QUESTION])
+    cut = (f"only the first {LONGEST_QUESTION:,} characters were read",) if len(question) > LONGEST_QUESTION else ()
     if not any(character.isalnum() for character in text):
         raise UsageError("the question is empty", hint="ask in plain words, such as: something to sit on")
     forms = [word.form for word in words(text)[:MOST_WORDS]]
@@ -63,7 +64,7 @@ def translate(question: str, catalog: Catalog, *, places: Sequence[str] = (), up
     return Translation(
         query=written.query,
         text=to_text(written.query),
-        understood=(*notes, *written.understood),
+        understood=(*cut, *notes, *written.understood),
         kind="other language" if language is not None else _kind(asked),
         wanted=written.wanted,
     )
