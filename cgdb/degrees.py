@@ -40,6 +40,13 @@ class _Spoken:
     properties: Mapping[str, object] = field(default_factory=dict)
 
 
+class _SomeMissingError(Exception):
+    """Not all texts have a vector. found: those that have."""
+
+    def __init__(self, found: NDArray[np.float32] | None) -> None:
+        self.found = found
+
+
 class Degrees:
     """The degrees of one scene. ``warnings`` says, one line each, what evidence had to be left out and why."""
 
@@ -180,7 +187,23 @@ class Degrees:
         return scoring.Space(keys=index.keys, vectors=index.matrix, background=behind)
 
     def _embeddings(self, encoder: Encoder) -> NDArray[np.float32] | None:
-        """(t, d) the vectors of the scene's texts, NaN rows for those not encoded yet."""
+        """(t, d) the vectors of the scene's texts, NaN rows for those not encoded yet.
+
+        Once all are there they become a file of their own: reading them one by one takes 3 s for 100,000.
+        """
+
+        def whole() -> NDArray[np.float32]:
+            found = self._found(encoder)
+            if found is None or np.isnan(found[:, 0]).any():
+                raise _SomeMissingError(found)
+            return found
+
+        try:
+            return self._view.matrix(f"text-vectors-{encoder.name}", whole)
+        except _SomeMissingError as some:
+            return some.found
+
+    def _found(self, encoder: Encoder) -> NDArray[np.float32] | None:
         texts = self._view.texts.texts[: self._view.texts.n_encoded]
         matrix = self._encoders.known(encoder.name, texts)
         missing = len(texts) if matrix is None else int(np.isnan(matrix[:, 0]).sum())

@@ -91,9 +91,12 @@ class Encoders:
 
     def encode(self, encoder: Encoder, texts: Sequence[str]) -> Floats:
         """(n, d) float32 the vectors of texts of a store; what had to be encoded is kept in it."""
-        missing = self._kept.missing(encoder.name, list(dict.fromkeys(texts)))
-        if missing:
-            self._kept.put(encoder.name, missing, encoder.texts(missing))
+        matrix = self.known(encoder.name, texts)
+        if matrix is not None and not np.isnan(matrix).any():
+            return matrix
+        unknown = np.ones(len(texts), bool) if matrix is None else np.isnan(matrix).any(axis=1)
+        missing = list(dict.fromkeys(texts[row] for row in np.flatnonzero(unknown).tolist()))
+        self._kept.put(encoder.name, missing, encoder.texts(missing))
         matrix = self.known(encoder.name, texts)
         if matrix is None or np.isnan(matrix).any():  # a store that cannot be written keeps nothing
             return encoder.texts(list(texts))

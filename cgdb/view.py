@@ -17,7 +17,7 @@ from cgdb.bindings import Positions
 from cgdb.catalog import BUILT_IN, Catalog
 from cgdb.columns import Columns
 from cgdb.degrees import Degrees
-from cgdb.errors import BindError, did_you_mean
+from cgdb.errors import BindError, CorruptionError, did_you_mean
 from cgdb.graph import GraphIndex, property_column
 from cgdb.ledger import Ledger, NodeRow, SceneInfo
 from cgdb.neighbours import Relations
@@ -104,6 +104,20 @@ class SceneView:
         """The texts of all nodes and the words in them."""
         # Named after the table of everyday things that it was made with: another table wants another index.
         return TextIndex.open(self._index(f"texts-{FORMAT}-{background.version()}", self._build_texts).path)
+
+    def matrix(self, kind: str, make: Callable[[], NDArray[np.float32]]) -> NDArray[np.float32]:
+        """(t, d) a row for each text of ``texts``, kept as a file once ``make`` has made it."""
+
+        def build(path: Path) -> Mapping[str, Any]:
+            with path.open("wb") as file:
+                np.save(file, make(), allow_pickle=False)
+            return {}
+
+        made = self._index(f"{kind}-{FORMAT}-{background.version()}", build)
+        try:
+            return np.asarray(np.load(made.path, mmap_mode="r", allow_pickle=False))
+        except (OSError, ValueError) as error:
+            raise CorruptionError(f"the index file {made.path.name} cannot be read: {error}") from error
 
     def space(self, name: str) -> FeatureSpace:
         """A feature space of the scene by name; BindError with the nearest name where there is none."""
