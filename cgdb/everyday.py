@@ -23,8 +23,7 @@ office chair, desk chair, swivel chair, rolling chair, task chair, ergonomic cha
 armchair, easy chair, accent chair, lounge chair, club chair, recliner, wing chair, upholstered chair, cushioned
     chair, rocking chair | chair | large heavy soft fabric | relax in, read a book in comfortably
 sofa, couch, loveseat, love seat, settee, sectional, futon, daybed, chaise longue, chaise, divan | seat | large heavy
-    soft fabric | lie down on, relax on in comfort, sit on with several people, take a nap on, watch a film on in the
-    evening, stretch out on
+    soft fabric | lie down on, relax on in comfort, sit on with several people, take a nap on, stretch out on
 bench, pew, park bench | seat | large heavy rigid wood | sit on side by side
 stool, bar stool, step stool, footstool | seat | medium light rigid wood | sit on for a short time, rest your feet on,
     step on to reach a shelf
@@ -354,8 +353,7 @@ timer, kitchen timer; hourglass; stopwatch | device | small light rigid | measur
 calendar; planner; diary | stationery | small light paper | know the date, plan appointments
 document | | small light paper | read
 book, books, hardcover book, stack of books; novel; paperback; textbook; dictionary; encyclopedia; manual; cookbook;
-    comic book | document | small light firm paper | read, learn from, study, pass the time on a train or a rainy day
-    with
+    comic book | document | small light firm paper | read, learn from, study
 math book, science book | book | small light firm paper | study mathematics or science
 periodical; magazine; newspaper; brochure, leaflet, pamphlet, booklet; catalog; comic; journal | document | small
     light soft paper | read the news, read for fun, leaf through

@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -20,15 +21,18 @@ from cgdb import everyday
 from cgdb.lexicon import (
     ADJECTIVES,
     BRANDS,
+    CLAUSE_STARTS,
     COMMON_WORDS,
     DETERMINERS,
     FUNCTION_WORDS,
     GENERIC_HEADS,
+    HEAPS,
+    NOUNS_TOO,
     PACKAGES,
     PARTITIVES,
     PLACE_HEADS,
 )
-from cgdb.uses import Frame, Uses, frame, noun_runs
+from cgdb.uses import Frame, Matches, Uses, frame, noun_runs, synonyms
 from cgdb.words import parse, singular, stem, tokens
 
 Floats = NDArray[np.float32]
@@ -71,9 +75,9 @@ class Knowledge:
     names: (m,) first names; the first n_lines are the lines of the table, their kinds follow. is_a: (m, m) bool,
     is_a[i, j] = thing i is a thing j (itself included); parents: (m, m) bool, its direct kinds.
     traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j.
-    uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing. doing: the
-    uses read as frames. consumables: (m,) what is bought in packages. vocabulary, nouns: the words that names are made
-    of, and those that they end with.
+    uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing.
+    doing: the uses read as frames. consumables: (m,) what is bought in packages. vocabulary, nouns: the words that
+    names are made of, and those that they end with.
     """
 
     names: tuple[str, ...]
@@ -101,7 +105,7 @@ class Knowledge:
         """The things whose name the phrase ends with, by the longest such name ("white coffee table": coffee table)."""
         stems = _stems(phrase)
         # "A pile of clothes" and "clothes pile", "chair" and "chair 12" are called the same.
-        while len(stems) > 1 and (stems[-1].isdigit() or (stems[-1] in _HEAPS and self._name_start(stems) < 0)):
+        while len(stems) > 1 and (stems[-1].isdigit() or (stems[-1] in HEAPS and self._name_start(stems) < 0)):
             stems = stems[:-1]
         start = self._name_start(stems)
         return self.thing_by_name[stems[start:]] if start >= 0 else ()
@@ -125,12 +129,14 @@ class Knowledge:
         best: tuple[int, str] | None = None
         for end in range(3, len(folded) - 2):
             first, last = folded[:end], folded[end:]
-            if not (singular(last) in self.nouns or last in PARTITIVES or singular(last) in _HEAPS):
+            if not (singular(last) in self.nouns or last in PARTITIVES or singular(last) in HEAPS):
                 continue
             if self._is_word(first):
                 cost = 1
             elif any(self._is_word(first[:at]) and self._is_word(first[at:]) for at in range(3, len(first) - 2)):
-                at = next(at for at in range(3, len(first) - 2) if self._is_word(first[:at]) and self._is_word(first[at:]))
+                at = next(
+                    at for at in range(3, len(first) - 2) if self._is_word(first[:at]) and self._is_word(first[at:])
+                )
                 first, cost = f"{first[:at]} {first[at:]}", 2
             elif len(first) >= 4 and len(last) >= 4:
                 cost = 3
@@ -276,6 +282,8 @@ class Knowledge:
         informative = [w for w in rest if w not in FUNCTION_WORDS]
         text = " ".join(rest)
         doing = frame(text, place=place) if informative else None
+        if doing is not None and rest[0] not in CLAUSE_STARTS and not any(map(self._is_verb, doing.verbs)):
+            doing = None
         return Facets(
             form="use" if informative or not traits else "traits",
             traits=tuple(dict.fromkeys(traits)),
@@ -284,12 +292,17 @@ class Knowledge:
             arguments=self._arguments(rest, doing),
         )
 
+    def _is_verb(self, word: str) -> bool:
+        return word in self.doing.verbs or synonyms(word) != {word}
+
     def _arguments(self, words: Sequence[str], doing: Frame | None) -> tuple[int, ...]:
         """Things that something is done to ("cut paper"), or that are named as countable ("a laptop", "books")."""
         found: list[int] = []
         for run in noun_runs(doing.object_words if doing is not None else ()):
-            start = self._name_start(run)
-            found.extend(self.thing_by_name[run[start:]] if start >= 0 else ())
+            for start, end in combinations(range(len(run) + 1), 2):
+                # "To add light" asks for lights; "gold" and "silver" are no things either.
+                if run[end - 1] not in NOUNS_TOO:
+                    found.extend(self.thing_by_name.get(run[start:end], ()))
         for end in range(1, len(words) + 1):
             stems = tuple(singular(w) for w in words[max(0, end - LONGEST_NAME) : end])
             start = self._name_start(stems)
@@ -315,16 +328,15 @@ class Knowledge:
         degree = np.where(above, np.where(parents, MAYBE, UNKNOWN), np.where(kin, KIN, NO))
         return np.where(below, YES, degree).astype(np.float32)
 
-    def use_matches(self, asked: Frame) -> tuple[Floats, Floats, Floats]:
-        """(u,) each: the share of what is asked that a use says; the same of its verb alone; how its parts agree."""
+    def use_matches(self, asked: Frame) -> Matches:
+        """How each use (u) goes with what is asked, by their words."""
         kin: dict[str, frozenset[str]] = {}
         for run in noun_runs(asked.object_words):
             start = self._name_start(run)
             if start >= 0:
                 kinds = np.flatnonzero(self.is_a[list(self.thing_by_name[run[start:]])].any(axis=0))
                 kin[stem(run[-1])] = frozenset(stem(self.names[i].split()[-1]) for i in kinds.tolist())
-        cover, verb = self.doing.cover(asked, kin)
-        return cover, verb, self.doing.agreement(asked)
+        return self.doing.matches(asked, kin)
 
     def best_use(self, values: Floats) -> Floats:
         """(m,) the largest of the values (u,) of each thing's uses; -inf for a thing without uses."""
@@ -365,7 +377,6 @@ _IMPLIED = {
 }
 """What a stated trait says of others ("a ceramic bird" is not soft); a minus says that it is not so."""
 _SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
-_HEAPS = frozenset("pile slice set pair stack bunch piece product item".split())
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[A-Za-z])(?=[0-9])")
 _FILLERS = frozenset(
     ("very", "really", "quite", "so", "too", "extremely", "rather", "fairly", "that", "is", "are", "which", "and")

@@ -90,7 +90,9 @@ PREPOSITIONS = _words(
 )
 PARTICLES = _words("up down away out back together apart along off over around aside")
 """Words that belong to the verb before them: "throw away", "lie down"."""
-PATIENT_VERBS = _words("drink eat read wear sip nibbl tast chew bit snack throw kick catch studi study cuddl lift solv smok")
+PATIENT_VERBS = _words(
+    "drink eat read wear sip nibbl tast chew bit snack throw kick catch studi study cuddl lift solv smok"
+)
 """Stems of verbs that are done to the thing where nothing else is named: "something to read"."""
 LIGHT_VERBS = _words("mak get keep tak put us hav do help go giv let hold find bring set mov")
 """Stems of verbs that say little: what is made or kept tells more."""
@@ -149,7 +151,7 @@ learn study
 travel ride drive commute cycle
 ship mail send post
 exercise train workout
-entertain amuse fun play
+entertain amuse play
 child kid toddler baby
 friend guest family
 clothes clothing garment laundry shirt outfit
@@ -179,3 +181,11 @@ VESSELS = PACKAGES | _words("mug cup glass bowl plate pot jug basket bucket tray
 PLACE_HEADS = _words("somewhere anywhere where place places spot area")
 POSTURES = _words("sit ly sleep stand loung relax nap reclin perch doz kneel crouch squat")
 """Stems of verbs that are done in or on a place, said or not: "somewhere comfortable to sit"."""
+CLAUSE_STARTS = _words(
+    """to i you we one can could should would may might must that which what where do does for used use using help helps
+    me us it is want wants need able let lets people someone will and be"""
+)
+"""What stands before the verb of a use: "something that I could use to ..."."""
+SUBCLAUSES = _words("when while because so if after before during until than as")
+HEAPS = _words("pile slice set pair stack bunch piece product item")
+"""What follows a noun without being another thing: "a clothes pile" is clothes."""

@@ -22,9 +22,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.knowledge import UNKNOWN, Facets, Knowledge, knowledge
+from cgdb.knowledge import MOSTLY, UNKNOWN, Facets, Knowledge, knowledge
 from cgdb.texts import Source, TextIndex
-from cgdb.uses import Frame, frame
 from cgdb.words import head_phrase, query_words
 
 Floats = NDArray[np.float32]
@@ -139,8 +138,8 @@ class Calibration:
     words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "name": 5.0, "use": 0.0, "traits": 0.0})
     argument: float = 4.0
     cover: float = 3.0
-    part: float = 3.0
-    verb: float = 1.0
+    part: float = 5.0
+    verb: float = 2.0
     rival: float = 0.6
 
 
@@ -424,10 +423,17 @@ class Scorer:
         use = asks.rest is not None and (background is not None or asks.form == "use")
         if asks.kinds:
             of_thing = of_thing * known.kind_degrees(asks.kinds)
+            called = view.things.best(of_thing)
+            # "A red can of cola" is a can by its name; that it is cola is said in its text.
+            said = self.index.words.degrees(" ".join(sorted(asks.named))) >= 0.5
+            said = said if view.rows is None else said[view.rows]
+            spoken = np.where(said & (called >= UNKNOWN), np.fmax(called, MOSTLY), called)
         if use:
-            of_thing = of_thing * self._use_degrees(asks.doing or frame(asks.rest or ""), background)
-        if asks.kinds or use:
+            of_thing = of_thing * self._use_degrees(asks, background)
+        if use:
             part = view.things.best(of_thing)
+        elif asks.kinds:
+            part = np.asarray(spoken, dtype=np.float32)
         for trait in asks.traits:
             usual = view.things.best(known.has[:, trait])
             degree = known.trait_degrees(trait, view.masks, view.stated, usual)
@@ -436,24 +442,26 @@ class Scorer:
             part = np.where(np.isfinite(part), part * untold, degree)
         return part
 
-    def _use_degrees(self, doing: Frame, background: Floats | None) -> Floats:
+    def _use_degrees(self, asks: Facets, background: Floats | None) -> Floats:
         """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name.
 
         Without vectors, by the share of the question's words that the use has. What serves it much less than the best
         thing there is does not serve it: one can wipe a rug, but one sweeps with a broom.
         """
-        known, calibration = self._known, self._calibration
-        cover, verb, agree = known.use_matches(doing)
+        known, calibration, doing = self._known, self._calibration, asks.doing
+        match = None if doing is None else known.use_matches(doing)
         if background is None:
-            by_words = known.best_use(np.asarray(1.0 / (1.0 + np.exp(-8.0 * (cover * agree - 0.5))), dtype=np.float32))
+            share = np.zeros(len(known.uses), np.float32) if match is None else match.cover * match.agreement
+            by_words = known.best_use(np.asarray(1.0 / (1.0 + np.exp(-8.0 * (share - 0.5))), dtype=np.float32))
             return np.maximum(by_words, 0.0)
         names, uses = background[: len(known.names)], background[len(known.names) :]
-        other_verb = (verb == 0.0) & bool(verb.any())
-        z = contrast(uses, uses) + np.float32(calibration.cover) * cover
-        z -= np.float32(calibration.part) * (1 - agree) + np.float32(calibration.verb) * other_verb
-        best = known.best_use(z)
-        topic = contrast(names, names[: known.n_lines])
-        return np.maximum(self._against_best("use", best), self._against_best("topic", topic))
+        if match is None:
+            topic = self._against_best("topic", contrast(names, names[: known.n_lines]))
+            use = self._against_best("use", known.best_use(contrast(uses, uses)))
+            return topic if asks.form == "name" else np.maximum(topic, use)
+        z = contrast(uses, uses) + np.float32(calibration.cover) * match.cover
+        z -= np.float32(calibration.part) * (1 - match.agreement) + np.float32(calibration.verb) * match.other_verb
+        return self._against_best("use", known.best_use(z))
 
     def _against_best(self, name: str, z: Floats) -> Floats:
         """Calibrated, with the line no lower than a share of the best of all things."""

@@ -1,7 +1,8 @@
 """What one does with a thing: "to drink", "to drink from", "to slice bread with", split into verb, object and gap.
 
 "Something to drink" is drunk, "something to drink from" is not: the preposition left standing without its noun, or the
-lack of one, says which part in the doing the thing plays. Sentence embeddings hardly see it, so it is read from the words.
+lack of one, says which part the thing plays in the doing. Sentence embeddings hardly see it, so it is read from the
+words.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.lexicon import (
+    CLAUSE_STARTS,
     DETERMINERS,
     FUNCTION_WORDS,
     LIGHT_VERBS,
@@ -22,6 +24,7 @@ from cgdb.lexicon import (
     PATIENT_VERBS,
     POSTURES,
     PREPOSITIONS,
+    SUBCLAUSES,
     SYNONYMS,
 )
 from cgdb.words import singular, stem, tokens
@@ -68,19 +71,16 @@ class Frame:
     object_words: tuple[str, ...] = ()
 
 
-_STARTS = frozenset(
-    """to i you we one can could should would may might must that which what where do does for used use using help helps
-    me us it is want wants need able let lets people someone will and be which's""".split()
-)
-_CLAUSES = frozenset("when while because so if after before during until than as".split())
-
-
 def frame(text: str, *, place: bool = False) -> Frame:
     """Read a use. place: the question asks where, so that the thing is a place whatever the preposition."""
     found = [word for word in tokens(text) if word[0].isalnum()]
     at = 0
-    while at < len(found) - 1 and found[at] in _STARTS:
-        at += 1
+    while at < len(found) - 1 and found[at] in CLAUSE_STARTS:
+        # "Help a student understand": who is helped is no verb.
+        at += 3 if found[at] in ("help", "helps", "let", "lets") and found[at + 1] in DETERMINERS else 1
+    # "Fun to play with": what stands before the infinitive says how it is to be.
+    if found[at + 1 : at + 2] == ["to"] and at + 2 < len(found) and found[at + 2] not in DETERMINERS:
+        at += 2 if stem(found[at]) not in _synonyms() else 0
     if at >= len(found):
         return Frame((), (), (), Gap.ANY)
     verbs = [found[at]]
@@ -99,10 +99,10 @@ def frame(text: str, *, place: bool = False) -> Frame:
         if word == "out" and following == "of":
             at += 1
             word, following = "from", found[at + 1] if at + 1 < len(found) else ""
-        if word in _CLAUSES:
+        if word in SUBCLAUSES:
             into = around
         elif word in PREPOSITIONS:
-            if not following or following in PREPOSITIONS or following in _CLAUSES or following in ("or", "and"):
+            if not following or following in PREPOSITIONS or following in SUBCLAUSES or following in ("or", "and"):
                 gap = Gap.MEANS if word in ("with", "by", "using") else Gap.PLACE
             into = around
         elif word not in PARTICLES:
@@ -115,8 +115,9 @@ def frame(text: str, *, place: bool = False) -> Frame:
         gap = Gap.DOER
     elif gap is Gap.ANY and stem(verbs[0]) in PATIENT_VERBS:
         gap = Gap.PATIENT
+    stems = [(stem(verb), verb) for verb in verbs]
     return Frame(
-        tuple(dict.fromkeys(stem(verb) for verb in verbs if verb not in FUNCTION_WORDS)),
+        tuple(dict.fromkeys(s for s, verb in stems if s in LIGHT_VERBS or verb not in FUNCTION_WORDS)),
         tuple(dict.fromkeys(stem(word) for word in content)),
         tuple(dict.fromkeys(stem(word) for word in around if word not in FUNCTION_WORDS)),
         gap,
@@ -154,6 +155,15 @@ def synonyms(word: str) -> frozenset[str]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Matches:
+    """(u,) per use: the share of what is asked that it says, how the thing's parts agree, if its verb is another."""
+
+    cover: Floats
+    agreement: Floats
+    other_verb: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Uses:
     """Many uses (u) as frames, indexed by their words."""
 
@@ -179,11 +189,8 @@ class Uses:
             {word: np.asarray(ids, dtype=np.int64) for word, ids in others.items()},
         )
 
-    def cover(self, asked: Frame, kin: Mapping[str, frozenset[str]]) -> tuple[Floats, Floats]:
-        """(u,) the share of what is asked that each use covers, rare words counting more; (u,) the same of the verb.
-
-        kin: {object word: stems of the kinds that it is of, or that are of it}.
-        """
+    def matches(self, asked: Frame, kin: Mapping[str, frozenset[str]]) -> Matches:
+        """Compare with what is asked. kin: {object word: stems of the kinds that it is of}."""
         n = len(self.frames)
         total, of_verb = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
         whole = 0.0
@@ -200,7 +207,9 @@ class Uses:
                 weight = share / len(words)
                 whole += weight
                 total += np.float32(weight) * self._matches(word, kin.get(word, frozenset()), verb=False)
-        return total / np.float32(max(whole, 1e-6)), of_verb
+        # Verbs that say little ("put") may be any other; so may those that no use has.
+        telling = bool(of_verb.any()) and not all(verb in LIGHT_VERBS for verb in asked.verbs)
+        return Matches(total / np.float32(max(whole, 1e-6)), self._agreement(asked), (of_verb == 0.0) & telling)
 
     def _matches(self, word: str, kin: frozenset[str], *, verb: bool) -> Floats:
         best = np.zeros(len(self.frames), dtype=np.float32)
@@ -212,7 +221,7 @@ class Uses:
                     best[ids] = np.maximum(best[ids], np.float32(value * factor))
         return best
 
-    def agreement(self, asked: Frame) -> Floats:
+    def _agreement(self, asked: Frame) -> Floats:
         """(u,) how well the part that the thing plays in each use goes with the one that is asked for."""
         by_gap = np.asarray([_AGREE.get(frozenset((asked.gap, gap)), 1.0) for gap in Gap], dtype=np.float32)
         return by_gap[self.gaps]

@@ -148,10 +148,22 @@ def parse(text: str) -> Parse:
     "This is a lamp and it is above the end table" names a lamp: what stands before the first word of relation is the
     head phrase, its last noun the head; the rest is context. "A pair of X", "the corner of X" name X.
     """
-    found = tokens(_LEAD_INS.sub("", text[:LONGEST_TEXT]))
+    found = _cans(tokens(_LEAD_INS.sub("", text[:LONGEST_TEXT])))
     roles, phrases, generic, held = _roles(found)
     words = tuple(_word(token, role) for token, role in zip(found, roles, strict=True) if role is not None)
     return Parse(words, phrases, generic, held)
+
+
+def _cans(found: list[str]) -> list[str]:
+    """The tokens with the tin told from the verb: "a trash can with a bag" has a noun where "it can fold" has none."""
+    return [
+        "cans" if token == "can" and i > 0 and found[i - 1] not in PRONOUNS and _ends_noun(found[i + 1 :]) else token
+        for i, token in enumerate(found)
+    ]
+
+
+def _ends_noun(following: Sequence[str]) -> bool:
+    return not following or not following[0][0].isalnum() or (following[0] in RELATION_WORDS or following[0] == "of")
 
 
 @lru_cache(maxsize=131072)
