@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cgdb.asked import Answer as Answer
     from cgdb.binder import Vector as Vector
     from cgdb.database import Database as Database
     from cgdb.database import open as open
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Answer": "cgdb.asked",
     "Vector": "cgdb.binder",
     "Database": "cgdb.database",
     "open": "cgdb.database",
