@@ -38,15 +38,16 @@ _INVERSE: Mapping[str, frozenset[str]] = {
     "above": _NAMES["under"],
 }
 """What maps may say the other way round instead."""
-_STANDS_IN: Mapping[str, tuple[str, ...]] = {
-    "attached": ("attached", "on", "next_to"),
+_TOGETHER: Mapping[str, tuple[str, ...]] = {
     "near": ("near", "next_to"),
-    "next_to": ("next_to", "near"),
+    "attached": ("attached", "on", "next_to"),
     "front": ("front", "next_to", "near"),
     "behind": ("behind", "next_to", "near"),
     "between": ("next_to", "near"),
 }
 """Relations that few maps tell apart, or whose side depends on where one stands: any of these, either way."""
+_EITHER_WAY: Mapping[str, tuple[str, ...]] = {"next_to": ("next_to", "near")}
+"""Relations that are the same both ways, and what stands in for them where the map has none."""
 _TOUCHING = ("on", "in", "next_to")
 """Relations that speak for any other one that a map may have missed."""
 
@@ -62,9 +63,11 @@ def edge(catalog: Catalog, name: str, *, inverse: bool = False) -> ast.EdgePatte
     inverse: the subject is the one that something is on, in or under.
     """
     out, back = ast.Direction.OUT, ast.Direction.IN
-    stands_in = _labels(catalog, *(_NAMES[other] for other in _STANDS_IN.get(name, ())))
-    if stands_in:
-        return ast.EdgePattern(labels=stands_in, direction=ast.Direction.ANY)
+    either_way = _labels(catalog, *(_NAMES[other] for other in _TOGETHER.get(name, ())))
+    for other in _EITHER_WAY.get(name, ()):
+        either_way = either_way or _labels(catalog, _NAMES[other])
+    if either_way:
+        return ast.EdgePattern(labels=either_way, direction=ast.Direction.ANY)
     direct = _labels(catalog, _NAMES[name])
     if direct:
         return ast.EdgePattern(labels=direct, direction=back if inverse else out)
@@ -76,7 +79,8 @@ def edge(catalog: Catalog, name: str, *, inverse: bool = False) -> ast.EdgePatte
 
 def touching(catalog: Catalog, name: str) -> ast.EdgePattern:
     """The relation itself or any that speaks for it where the map may have missed it; either way."""
-    groups = (_NAMES[name], *(_NAMES[other] for other in _TOUCHING))
+    alike = _TOGETHER.get(name) or _EITHER_WAY.get(name) or (name,)
+    groups = (_NAMES[other] for other in (*alike, *_TOUCHING))
     return ast.EdgePattern(labels=_labels(catalog, *groups), direction=ast.Direction.ANY)
 
 
