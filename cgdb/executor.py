@@ -62,7 +62,13 @@ class Executor:
         if missing:
             return _no_rows(plan.match.nodes, [edge.name for edge in plan.match.edges])
         known = self._filtered(plan)
-        return self._match(plan, known) if plan.seed is None else self._from_vectors(plan, plan.seed, known)
+        if plan.seed is not None:
+            return self._from_vectors(plan, plan.seed, known)
+        if plan.fitting:
+            rows = self._match(plan, self._fitting(plan, known))
+            if plan.enough is None or np.count_nonzero(rows.truth.fits) >= plan.enough:
+                return rows
+        return self._match(plan, known)
 
     def pattern_truth(self, pattern: ast.Pattern, rows: Bindings) -> Truth:
         """The degree of a pattern used as a condition: of its best match, for the nodes that each row gives it."""
@@ -101,6 +107,16 @@ class Executor:
             known[name] = rows.weigh(self.evaluator.truth(condition, rows)).nodes[name]
             self._profile.add(f"filter {id(condition)}", len(known[name]), time.perf_counter() - started)
         return known
+
+    def _fitting(self, plan: Plan, known: Mapping[str, Positions]) -> dict[str, Positions]:
+        """The positions that are left of each node by what it must fit."""
+        left = dict(known)
+        for name, condition in plan.fitting:
+            started = time.perf_counter()
+            rows = Bindings.of_nodes(name, self._scanned(plan.match.nodes[name], left.get(name)))
+            left[name] = rows.nodes[name][self.evaluator.truth(condition, rows).fits]
+            self._profile.add(f"fitting {id(condition)}", len(left[name]), time.perf_counter() - started)
+        return left
 
     def _from_vectors(self, plan: Plan, seed: Seed, known: Mapping[str, Positions]) -> Bindings:
         """Rows for the best candidates of one ``~`` first, until no later candidate can be among the best rows."""

@@ -30,6 +30,8 @@ def plan_text(
 
     for name, test in plan.filters:
         step(f"filter: {name} by {asked(test, query)}", f"filter {id(test)}")
+    for name, test in plan.fitting:
+        step(f"first: only {name} that fits {asked(test, query)}", f"fitting {id(test)}")
     if plan.seed is not None:
         text = meaning_text(query.meanings[plan.seed.meaning])
         step(

@@ -57,8 +57,8 @@ class Plan:
     filters: (node, condition) pairs, tested on all nodes of its label before anything is matched. components: matched
     in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden: conditions on unnamed
     nodes, whose best match counts. conditions: the rest, cheapest first. near: what a distance
-    joins. seed: start from the vectors, None: from the
-    graph. top: rows that are enough, None: all. estimates: {component: rows}.
+    joins. fitting: (node, condition) pairs: only nodes that fit are matched, if that gives enough rows that fit
+    (enough None: however many). seed: start from the vectors, None: from the graph. top: rows that are enough, None: all. estimates: {component: rows}.
     """
 
     match: BoundMatch
@@ -68,6 +68,8 @@ class Plan:
     hidden: tuple[ast.Expression, ...] = ()
     conditions: tuple[ast.Expression, ...] = ()
     near: tuple[Near, ...] = ()
+    fitting: tuple[tuple[str, ast.Expression], ...] = ()
+    enough: int | None = None
     seed: Seed | None = None
     top: int | None = None
     estimates: tuple[float, ...] = ()
@@ -195,6 +197,27 @@ def filter_first(draft: _Draft) -> _Draft:
     return replace(draft, plan=made)
 
 
+def keep_fitting(draft: _Draft) -> _Draft:
+    """Only what fits is counted, and what fits is ordered before the rest: so only nodes that fit are matched first.
+
+    A row fits only if all that it was asked fits. Should the rows that fit be fewer than the LIMIT, all are matched.
+    """
+    query, made = draft.query, draft.plan
+    if query is None or not (query.aggregates or (query.order and query.limit is not None and not query.distinct)):
+        return draft
+    fitting = []
+    for condition in made.conditions:
+        names = variables(condition)
+        node = made.match.nodes.get(next(iter(names))) if len(names) == 1 else None
+        inner = _inside(condition)
+        weighs = any(isinstance(item, ast.Similar) for item in inner)
+        costly = any(isinstance(item, ast.PatternCondition) or _is_score(item) for item in inner)
+        if node is not None and node.named and node.id is None and weighs and not costly:
+            fitting.append((node.name, condition))
+    enough = None if query.aggregates or query.limit is None else query.skip + query.limit
+    return replace(draft, plan=replace(made, fitting=tuple(fitting), enough=enough))
+
+
 def choose_start(draft: _Draft) -> _Draft:
     """Start from the vectors where the best few matches of a ``~`` will do and the graph would give many more rows.
 
@@ -225,6 +248,7 @@ RULES: tuple[Rule, ...] = (
     join_near,
     estimate_rows,
     filter_first,
+    keep_fitting,
     choose_start,
 )
 
@@ -318,10 +342,11 @@ def _size(node: BoundNode, catalog: Catalog) -> float:
 def _is_test(condition: ast.Expression) -> bool:
     """Whether it is a plain yes or no, whatever else the row was asked."""
     weighed = (ast.Similar, ast.PatternCondition)
-    return not any(
-        isinstance(item, weighed) or (isinstance(item, ast.Call) and item.name == "score")
-        for item in _inside(condition)
-    )
+    return not any(isinstance(item, weighed) or _is_score(item) for item in _inside(condition))
+
+
+def _is_score(item: object) -> bool:
+    return isinstance(item, ast.Call) and item.name == "score"
 
 
 def _near(condition: ast.Expression) -> Near | None:

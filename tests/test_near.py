@@ -84,3 +84,18 @@ def test_the_same_rows_as_by_all_pairs() -> None:
 def test_the_limit_still_holds() -> None:
     with store(grid(20)) as db, pytest.raises(LimitError):
         db.query("MATCH (a), (b) WHERE distance(a, b) < 1 km RETURN count(*)", limits=Limits(rows=10_000))
+
+
+def test_the_nearest_pair_of_many_needs_only_what_fits() -> None:
+    degrees = {"lamp": dict.fromkeys(range(0, 4900, 100), 0.9), "door": {4899: 0.8}, "ghost": {5: 0.4, 6: 0.3}}
+    with store(grid(70), degrees=degrees) as db:
+        text = 'MATCH (o ~ "lamp"), (a ~ "door") RETURN o.id, distance(o, a) AS d ORDER BY d LIMIT 2'
+        by_distance = sorted(range(0, 4900, 100), key=lambda i: (i % 70 - 69) ** 2 + (i // 70 - 69) ** 2)
+        assert [row.values[0] for row in db.query(text)] == by_distance[:2]
+        assert "first: only o" in db.query("EXPLAIN " + text).plan
+        assert db.query('MATCH (o ~ "lamp"), (a ~ "door") RETURN count(*)')[0][0] == 49
+        # Where nothing fits, the nearest are shown all the same.
+        assert [row.values[0] for row in db.query('MATCH (o ~ "ghost") RETURN o.id ORDER BY o.id DESC LIMIT 2')] == [
+            5,
+            6,
+        ]
