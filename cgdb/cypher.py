@@ -86,7 +86,7 @@ def statement(component: Component) -> Statement:
             tests.append(f"{alias[edge.name]}.label IN {cypher.parameter(list(edge.labels))}")
     # As in Cypher, two edges of one statement are two relations: "two cups on one table" are two cups.
     tests.extend(
-        f"id({alias[one.name]}) <> id({alias[two.name]})"
+        f"{alias[one.name]}.number <> {alias[two.name]}.number"
         for i, one in enumerate(component.edges)
         for two in component.edges[i + 1 :]
         if not one.labels or not two.labels or set(one.labels) & set(two.labels)
@@ -132,10 +132,12 @@ def variables(item: object) -> frozenset[str]:
 
 
 def parts(item: object) -> Iterable[object]:
-    """The expressions directly inside an expression."""
+    """The expressions directly inside an expression; of a list, which may be very long, not its plain values."""
     match item:
-        case ast.And() | ast.Or() | ast.ListOf():
+        case ast.And() | ast.Or():
             return item.items
+        case ast.ListOf():
+            return [x for x in item.items if not isinstance(x, ast.Text | ast.Number | ast.Boolean | ast.Null)]
         case ast.Not() | ast.IsNull():
             return (item.item,)
         case ast.Comparison() | ast.Arithmetic():

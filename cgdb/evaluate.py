@@ -65,6 +65,11 @@ class Evaluator:
                 return self._pattern_truth(pattern, rows)
             case ast.Comparison(op=op, left=left, right=right):
                 return Truth.certain(_compared(op, self.value(left, rows), self.value(right, rows)))
+            case ast.In(item=member, collection=ast.ListOf(items=items)) if all(
+                isinstance(x, _CONSTANTS) for x in items
+            ):
+                wanted = {_key(constant) for constant in map(self._constant, items)} - {None}
+                return Truth.certain(_flags(_key(v) in wanted for v in _listed(self.value(member, rows))))
             case ast.In(item=member, collection=collection):
                 return Truth.certain(_contained(self.value(collection, rows), self.value(member, rows), _same))
             case ast.Contains(text=text, part=part):
@@ -120,6 +125,11 @@ class Evaluator:
                 return self._call(item, rows)
             case _:
                 return _objects(self.truth(item, rows).fits.tolist())
+
+    def _constant(self, item: ast.Expression) -> Any:
+        if isinstance(item, ast.ObjectRef):
+            return self._view.find(item.id)
+        return item.value if isinstance(item, _VALUES) else None
 
     def _edge_property(self, edge: EdgeColumn, name: str) -> Column:
         match name:
@@ -246,6 +256,15 @@ class Evaluator:
             return self._view.column(name)[positions]
         column = self._view.column(name)
         return _objects(column[position] if position >= 0 else None for position in positions.tolist())
+
+
+_VALUES = (ast.Text, ast.Number, ast.Boolean)
+_CONSTANTS = (*_VALUES, ast.Null, ast.ObjectRef)
+
+
+def _key(value: Any) -> Any:
+    """What is equal for equal values only: true is not 1. None for what is no member of a list of constants."""
+    return None if value is None or isinstance(value, (list, tuple)) else (isinstance(value, bool), value)
 
 
 def rounded(value: float, digits: float | None) -> float:

@@ -68,6 +68,10 @@ def run(
                 rows, more_warnings = _ranked(bound, rows, model)
                 lap("rerank")
     except CgdbError as error:
+        # Names and parameters stand in messages; what is no letter in them must not reach a terminal as it is.
+        error.message = printable(error.message)
+        error.args = (error.message,)
+        error.hint = None if error.hint is None else printable(error.hint)
         raise error.located(text) from error.__cause__
     warnings = (*bound.warnings, *more_warnings, *(line for view in views for line in view.degrees.warnings))
     explained = plan_text(bound, made, catalog, profile if tree.mode is ast.Mode.PROFILE else None, timings)
@@ -101,6 +105,13 @@ def _ranked(bound: BoundQuery, rows: tuple[Row, ...], model: Model | None) -> tu
     question, top = bound.rerank
     ranked, warnings, _ = rerank(model, question, [column.name for column in bound.returns], rows, top)
     return ranked[bound.skip : None if bound.limit is None else bound.skip + bound.limit], warnings
+
+
+def printable(text: str) -> str:
+    """The text on one line, with escapes in place of characters that are not shown."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _views(tree: ast.Query, parameters: Mapping[str, Any], views_of: ViewsOf) -> Sequence[SceneView]:
