@@ -573,7 +573,8 @@ PLACES = (
 HOSTILE = (
     "' OR true OR '", '" OR true OR "', "') RETURN o //", '"}) DETACH DELETE n //', "'}) DETACH DELETE n //",
     "\\", "\\'", '\\"', "\\\\'", "\\u0027 OR true", "`", "``", "`) DETACH DELETE (n", "$p0", "$tag", "${tag}", "$",
-    "#1", "(o)",    "*/", "/*", "//", "--", ";", "; DROP TABLE Node;", "'; ATTACH 'x' AS y; '", "MATCH (n) DETACH DELETE n",
+    "#1", "(o)", "*/", "/*", "//", "--", ";", "; DROP TABLE Node;",
+    "'; ATTACH 'x' AS y; '", "MATCH (n) DETACH DELETE n",
     "RETURN 1 UNION MATCH (n:Node) SET n.tag = 'x' RETURN 1", "LOAD FROM '/etc/passwd' RETURN *",
     "CALL show_tables() RETURN *", "null", "NULL", "true", "[1, 2]", "{a: 1}", "%s", "%(p0)s", "{0}", " ", "x" * 5000,
     "\0", "a\0b", "\n", "\r\n", "\x1b[31m", "\u2028", "\u202e", "\ufeff", "😀", "ﬀ", "İ", "ß",
