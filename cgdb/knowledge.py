@@ -27,6 +27,7 @@ from cgdb.lexicon import (
     FUNCTION_WORDS,
     GENERIC_HEADS,
     HEAPS,
+    IRREGULAR,
     NOUNS_TOO,
     PACKAGES,
     PARTITIVES,
@@ -119,25 +120,32 @@ class Knowledge:
 
     def readable(self, name: str) -> str:
         """A name of a map in plain words: "CoffeeTable_12" is "coffee table 12", "bathroomcabinet" two words."""
-        spaced = _CAMEL.sub(" ", name.replace("_", " "))
-        return " ".join(self._parted(word) for word in spaced.split())
+        return " ".join(self._parted(word) for word in name.replace("_", " ").split())
 
     def _parted(self, word: str) -> str:
+        """A word that is none as the words that it is made of, the fewest, the last of them a noun of the table."""
         folded = word.casefold()
-        if len(word) < 6 or not word.isalpha() or not word.isascii() or self._is_word(folded):
+        if len(word) < 5 or not word.isascii() or not word.isalnum() or self._is_word(folded):
+            return word
+        humps = _HUMP.findall(word)
+        if len(humps) > 1 and all(hump.isdigit() or self._is_word(hump.casefold()) for hump in humps):
+            return " ".join(humps)
+        if len(word) < 6 or not word.isalpha():
             return word
         best: tuple[int, str] | None = None
-        for end in range(3, len(folded) - 2):
+        for end in range(2, len(folded) - 2):
             first, last = folded[:end], folded[end:]
+            if end < 3 and first not in IRREGULAR:
+                continue
             if not (singular(last) in self.nouns or last in PARTITIVES or singular(last) in HEAPS):
                 continue
+            middle = next(
+                (at for at in range(3, end - 2) if self._is_word(first[:at]) and self._is_word(first[at:])), 0
+            )
             if self._is_word(first):
                 cost = 1
-            elif any(self._is_word(first[:at]) and self._is_word(first[at:]) for at in range(3, len(first) - 2)):
-                at = next(
-                    at for at in range(3, len(first) - 2) if self._is_word(first[:at]) and self._is_word(first[at:])
-                )
-                first, cost = f"{first[:at]} {first[at:]}", 2
+            elif middle:
+                first, cost = f"{first[:middle]} {first[middle:]}", 2
             elif len(first) >= 4 and len(last) >= 4:
                 cost = 3
             else:
@@ -377,7 +385,7 @@ _IMPLIED = {
 }
 """What a stated trait says of others ("a ceramic bird" is not soft); a minus says that it is not so."""
 _SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[A-Za-z])(?=[0-9])")
+_HUMP = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 _FILLERS = frozenset(
     ("very", "really", "quite", "so", "too", "extremely", "rather", "fairly", "that", "is", "are", "which", "and")
 )
@@ -442,7 +450,7 @@ def knowledge() -> Knowledge:
         alike=alike,
         uses=uses,
         doing=Uses.of(uses),
-        consumables=is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1),
+        consumables=np.asarray(is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1)),
         vocabulary=words | ADJECTIVES | COMMON_WORDS,
         nouns=frozenset(key[-1] for key in thing_by_name if len(key[-1]) > 2),
         use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),

@@ -67,6 +67,7 @@ class Meaning:
         cls, text: str, encode: Callable[[list[str]], Floats] | None, *, features: Mapping[str, Floats] | None = None
     ) -> Meaning:
         """The meaning of a text; encode (one call, one or two texts) makes the vectors, or None where there is none."""
+        text = knowledge().readable(text)
         if encode is None:
             return cls(text=text, features=features or {})
         phrase = head_phrase(text)
@@ -131,7 +132,7 @@ class Calibration:
         default_factory=lambda: {
             "kind": {"name": 0.3, "caption": 1.2, "image": 1.5, "known": 3.0},
             "name": {"name": 0.6, "caption": 0.6, "image": 1.0, "known": 0.5},
-            "use": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 1.0},
+            "use": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 1.5},
             "traits": {"name": 0.05, "caption": 0.02, "image": 0.5, "known": 2.0},
         }
     )

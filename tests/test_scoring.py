@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.retrieval import Bench, outcome, recall, split
+from benchmarks.judged import Bench, outcome, recall, split
 from cgdb import background, everyday
 from cgdb.embed import Encoder, text_encoder
 from cgdb.knowledge import knowledge
