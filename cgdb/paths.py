@@ -136,7 +136,11 @@ def _best_paths(
 
 
 def _steps(view: SceneView, edge: BoundEdge, backwards: bool) -> _Steps:
-    source, target, confidence = view.edges(edge.labels)
+    relations = view.relations
+    source, target, confidence = relations.source, relations.target, relations.confidence
+    if edge.labels:
+        wanted = np.isin(relations.label, relations.codes(edge.labels))
+        source, target, confidence = source[wanted], target[wanted], confidence[wanted]
     if backwards:
         source, target = target, source
     if not edge.directed:

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 import cgdb
 from cgdb.binder import BoundEdge
-from cgdb.bindings import Bindings, Positions
+from cgdb.bindings import Bindings
 from cgdb.database import Database
 from cgdb.errors import LimitError
 from cgdb.limits import Budget, Limits
@@ -35,13 +34,11 @@ class Scene:
     """As much of a scene as paths are followed in."""
 
     def __init__(self, edges: list[Relation]) -> None:
+        sources, targets, confidences = zip(*edges, strict=True) if edges else ((), (), ())
         self.columns = SimpleNamespace(keys=np.arange(SIZE))
-        self._edges = sorted(edges)
-
-    def edges(self, labels: tuple[str, ...]) -> tuple[Positions, Positions, NDArray[np.float64]]:
-        """Sources, targets and confidences."""
-        columns = list(zip(*self._edges, strict=True)) or [(), (), ()]
-        return np.asarray(columns[0], int), np.asarray(columns[1], int), np.asarray(columns[2], float)
+        self.relations = SimpleNamespace(
+            source=np.asarray(sources, int), target=np.asarray(targets, int), confidence=np.asarray(confidences, float)
+        )
 
 
 def steps_of(edges: list[Relation], *, directed: bool) -> dict[tuple[int, int], float]:
