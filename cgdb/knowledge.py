@@ -524,19 +524,19 @@ def _alike(traits: tuple[str, ...]) -> Floats:
 
 def _has(traits: tuple[str, ...], said: Sequence[Sequence[int]], alike: Floats) -> Floats:
     """(m, t): the degree to which each thing usually has each trait; NaN where the table cannot know (colours)."""
-    scaled = {traits.index(t): [traits.index(o) for o in scale] for scale in everyday.SCALES for t in scale}
-    colors = {traits.index(t) for t in everyday.COLORS}
-    has = np.full((len(said), len(traits)), NO, dtype=np.float32)
-    for i, own in enumerate(said):
-        for t in range(len(traits)):
-            if t in own:
-                has[i, t] = MOSTLY if t in colors else YES
-            elif t in colors:
-                has[i, t] = np.nan
-            elif t in scaled and len(scaled[t]) > 1:
-                known = [alike[t, o] for o in own if o in scaled[t]]
-                has[i, t] = max(known) if known else np.nan
-        for (asked, said_too), factor in _DAMPED.items():
-            if said_too in [traits[t] for t in own]:
-                has[i, traits.index(asked)] *= factor
+    own = np.zeros((len(said), len(traits)), dtype=bool)
+    for i, found in enumerate(said):
+        own[i, found] = True
+    has = np.where(own, YES, NO).astype(np.float32)
+    for scale in everyday.SCALES:
+        places = [traits.index(t) for t in scale]
+        if len(places) > 1:
+            told = own[:, places].any(axis=1)
+            for t in places:
+                near = np.where(own[:, places], alike[t, places], -np.inf).max(axis=1)
+                has[:, t] = np.where(own[:, t], YES, np.where(told, near, np.nan))
+    for t in (traits.index(color) for color in everyday.COLORS):
+        has[:, t] = np.where(own[:, t], MOSTLY, np.nan)
+    for (asked, said_too), factor in _DAMPED.items():
+        has[own[:, traits.index(said_too)], traits.index(asked)] *= factor
     return has

@@ -41,6 +41,9 @@ MOST_SLOTS = 64
 DOUBT = 0.1
 """Weight of the even chance in every pool: little evidence moves the degree little."""
 
+WORDS_LINE = 0.5
+"""Share of a question's words that a use must have to serve it, where there are no vectors."""
+
 _GROUPS: Mapping[str, tuple[Source, ...]] = {
     "name": (Source.NAME, Source.HEAD),
     "caption": (Source.CAPTION, Source.PROPERTY),
@@ -114,10 +117,13 @@ class Calibration:
 
     line, slope: in standard deviations above the background. weight: {form of the question: {evidence: weight}}.
     words: {form: log-odds that a full match of the question's words adds}. argument: log-odds that a thing loses when
-    the question only says what is to be done to it. cover: standard deviations that a use gains when the question has
-    all its words.
+    the question only says what is to be done to it. cover: standard deviations that a use gains when it has all words of
+    the question; part, verb: those that it loses when the thing plays another part in it ("drink from" for "drink"), or
+    its verb is another. rival: the share of the best thing's deviations that any other must reach, and so the line of
+    questions that the table answers well.
 
-    Chosen by leaving maps out (benchmarks/retrieval.py --fit), where neighbouring values do as well.
+    Chosen by leaving maps out (benchmarks/retrieval.py --fit), where neighbouring values do as well; what is wrong with
+    uses was seen on the development half of benchmarks/queries and is reported on the other.
     The line of images is where precision and recall meet on LVIS features in scenes of 60 objects; what "name" weighs
     (brands, numbers) and "traits" is set by hand, for lack of judged questions of those forms.
     """
@@ -453,8 +459,9 @@ class Scorer:
         match = None if doing is None else known.use_matches(doing)
         if background is None:
             share = np.zeros(len(known.uses), np.float32) if match is None else match.cover * match.agreement
-            by_words = known.best_use(np.asarray(1.0 / (1.0 + np.exp(-8.0 * (share - 0.5))), dtype=np.float32))
-            return np.maximum(by_words, 0.0)
+            share = known.best_use(share)
+            line = max(WORDS_LINE, self._calibration.rival * float(share.max(initial=0.0)))
+            return np.asarray(1.0 / (1.0 + np.exp(np.clip(-8.0 * (share - line), -30.0, 30.0))), dtype=np.float32)
         names, uses = background[: len(known.names)], background[len(known.names) :]
         if match is None:
             topic = self._against_best("topic", contrast(names, names[: known.n_lines]))
