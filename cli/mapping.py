@@ -17,6 +17,7 @@ from cgdb.cli.importing import _progress
 from cgdb.errors import FormatError, UsageError
 
 if TYPE_CHECKING:
+    from cgdb.database import OnExisting
     from cgdb.ingest.detections import Detector
     from cgdb.ingest.frames import Recording
     from cgdb.ingest.mapper import Mapper, Mapping
@@ -28,12 +29,12 @@ def map_recording(options: Namespace) -> int:
     from cgdb.ingest.frames import open_recording
     from cgdb.ingest.mapper import Mapper
 
+    how = _parameters(options)
     recording = open_recording(
-        options.sequence, layout=options.layout, K=_intrinsics(options.intrinsics), depth_scale=options.depth_scale
+        options.sequence, layout=options.layout, lens=_intrinsics(options.intrinsics), depth_scale=options.depth_scale
     )
     detector = _detector(options, recording)
     name = options.name or Path(options.sequence).resolve().name[:256]
-    how = _parameters(options)
     size = _size(options.size)
     with cgdb.open(options.into, create=True) as db:
         state = db.path / "mapping" / f"{_file_name(name)}.npz"
@@ -99,7 +100,7 @@ class _Job:
                 )
                 if stop:
                     break
-                if options.every and mapped and mapped % options.every == 0:
+                if options.every and mapped and mapped % options.every == 0 and frame.index < chosen[-1]:
                     self.write()
             if not mapped and not resumed_at_end and not stop:
                 reason, count = (self.bad + recording.skipped).most_common(1)[0]
@@ -118,8 +119,9 @@ class _Job:
         from cgdb.ingest import checkpoint
         from cgdb.ingest.relate import with_geometry
 
-        # The state is that of before the last care, from which more frames can be mapped as if nothing had been.
-        checkpoint.save(self.mapper, self.state, self.done)
+        if not last or self.options.keep_state:
+            # The state of before the last care: more frames can be mapped from it as if nothing had been.
+            checkpoint.save(self.mapper, self.state, self.done)
         if last:
             self.mapper.finish()
         scene = self.mapper.scene(
@@ -131,7 +133,7 @@ class _Job:
         if not self.options.no_relate:
             scene = with_geometry(scene)
         # The first revision obeys the rule for scenes that are there; the later ones are of this map's own scene.
-        existing = "replace" if self.written else self.options.on_existing
+        existing: OnExisting = "replace" if self.written else self.options.on_existing
         with self.db.write(
             self.name,
             kind="map",
@@ -145,6 +147,8 @@ class _Job:
             writer.objects(scene.objects)
             writer.relations(scene.relations)
         self.written = True
+        if last and not self.options.keep_state:
+            self.state.unlink(missing_ok=True)
         return scene, writer.revision
 
     def _provenance(self) -> dict[str, Any]:
@@ -218,6 +222,8 @@ def _parameters(options: Namespace) -> Mapping:
 
     if not 0.005 <= options.voxel <= 0.5:
         raise UsageError(f"--voxel is in metres, 0.005 to 0.5, not {options.voxel}")
+    if options.stride < 1 or options.start < 0 or options.every < 0:
+        raise UsageError("--stride must be at least 1, --start and --every at least 0")
     if options.min_detections < 1:
         raise UsageError("--min-detections must be at least 1")
     return Mapping(
@@ -235,7 +241,8 @@ def _begin(state: Path, how: Mapping, options: Namespace) -> tuple[Mapper, dict[
 
     if not state.is_file():
         raise UsageError(
-            f"{options.into}: there is no map of that name to go on with", hint="leave --resume out to begin one"
+            f"{options.into}: there is no map of that name to go on with",
+            hint="a finished one can be gone on with where it was made with --keep-state",
         )
     return checkpoint.load(state, how)
 
@@ -245,7 +252,7 @@ def _check_free(db: cgdb.Database, name: str, options: Namespace) -> None:
     if options.on_existing == "error" and any(info.name == name for info in db.scenes()):
         raise UsageError(
             f"the store holds a scene '{name}' already",
-            hint="--resume goes on with it, --on-existing replace makes it anew, --name gives another",
+            hint="--resume goes on with it where that is possible, --on-existing replace makes it anew, --name gives another",
         )
 
 
@@ -269,6 +276,7 @@ def _size(text: str | None) -> tuple[int, int] | None:
     if text is None:
         return None
     width, _, height = text.partition("x")
-    if not (width.isdigit() and height.isdigit()) or not (16 <= int(width) <= 8192 and 16 <= int(height) <= 8192):
+    sides = [int(side) for side in (width, height) if side.isdigit()]
+    if len(sides) != 2 or not all(16 <= side <= 8192 for side in sides):
         raise UsageError(f"--size takes WIDTHxHEIGHT in pixels, such as 640x480, not '{text[:40]}'")
-    return int(width), int(height)
+    return sides[0], sides[1]

@@ -66,7 +66,7 @@ def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic
     if found.features is None or known is None:
         return np.full((len(lifted), len(objects)), UNKNOWN, np.float32)
     cosine: NDArray[np.float32] = found.features[lifted.source] @ known.T
-    return cosine if kind == "cosine" else cosine / 2 + 0.5
+    return cosine if kind == "cosine" else (cosine / 2 + 0.5).astype(np.float32)
 
 
 def overlap(lifted: Lifted, n: int, voxels: Voxels, wanted: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -29,6 +29,7 @@ def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_suffix(".half")
     arrays: dict[str, Any] = {name: getattr(mapper.voxels, name)[: mapper.voxels.count] for name in COLUMNS}
+    arrays["free"] = mapper.voxels.free
     arrays.update({f"space:{name}": sums for name, sums in mapper.objects.sums().items()})
     try:
         with half.open("wb") as file:
@@ -44,7 +45,7 @@ def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
 def load(path: Path, how: Mapping) -> tuple[Mapper, dict[str, int]]:
     """The mapper of a file and what it has seen; UsageError where it was made with other parameters."""
     try:
-        with np.load(path, allow_pickle=False) as held:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
             arrays = {name: held[name] for name in held.files}
         state = json.loads(arrays.pop("state").tobytes())
         version = state["version"]
@@ -74,7 +75,7 @@ def _fill(mapper: Mapper, state: dict[str, Any], arrays: dict[str, Any]) -> None
         raise ValueError
     if n and int(columns["owners"].max()) >= len(state["objects"]["all"]):
         raise ValueError
-    mapper.voxels.fill(columns)
+    mapper.voxels.fill(columns, arrays["free"])
     mapper.objects.fill(
         state["objects"], {name[6:]: values for name, values in arrays.items() if name.startswith("space:")}
     )

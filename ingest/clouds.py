@@ -55,7 +55,7 @@ def scene_of(
 def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
     """The voxels of each object, ascending: those that most of what was seen there says are its, in pieces of size."""
     voxels, how, n = mapper.voxels, mapper.how.tidying, len(mapper.objects)
-    place, slot = np.nonzero(voxels.solid(how.share, how.strength))
+    place, slot = np.nonzero(voxels.solid(slice(0, voxels.count), how.share, how.strength))
     owner = voxels.owners[place, slot]
     order = np.argsort(owner, kind="stable")
     place, owner = place[order], owner[order]

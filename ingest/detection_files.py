@@ -117,7 +117,8 @@ def arrays_of(path: Path) -> dict[str, NDArray[Any]]:
     try:
         if path.stat().st_size > LARGEST_ARRAY:
             raise FormatError(f"{path.name}: is larger than {LARGEST_ARRAY >> 30} GB")
-        with np.load(path, allow_pickle=False) as held:
+        # numpy leaves a file open that it opened and could not read.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
             return {name: held[name] for name in held.files}
     except FileNotFoundError as error:
         raise FormatError(f"{path.name}: there are no detections for this frame") from error

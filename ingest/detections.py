@@ -189,4 +189,5 @@ def _unit(values: NDArray[np.generic] | None, n: int, where: str, what: str) -> 
     length = np.linalg.norm(made, axis=1, keepdims=True)
     if (length < 1e-12).any():
         raise FormatError(f"{where}: {what} hold a vector without length")
-    return (made / length).astype(np.float32)
+    unit: NDArray[np.float32] = (made / length).astype(np.float32)
+    return unit

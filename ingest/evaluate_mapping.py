@@ -61,7 +61,7 @@ def read_truth(root: Path) -> Truth:
     """The truth beside a generated sequence (objects.npz). FormatError where there is none."""
     path = root / "objects.npz"
     try:
-        with np.load(path, allow_pickle=False) as held:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
             return Truth(
                 points=held["vox_pts"].astype(np.float32),
                 owner=held["vox_id"].astype(np.intp) - 1,

@@ -1,7 +1,7 @@
 """Camera frames: the type, and recordings on disk as a stream of them, bad ones skipped and counted.
 
-Camera axes are x right, y down, z forward; a pixel (u, v) with depth z is the point ((u - cx) z / fx, (v - cy) z / fy, z)
-in metres. Poses bring such points into a right-handed map frame; each layout module turns its own convention into this.
+Camera axes are x right, y down, z forward; a pixel (u, v) with depth z is the point ((u - cx) z / fx, (v - cy) z / fy,
+z) in metres. Poses bring such points into a right-handed map frame; each layout module turns its own convention into this.
 """
 
 from __future__ import annotations
@@ -122,13 +122,13 @@ class Recording:
         try:
             rgb = pictures.color(shot.color)
             depth = pictures.depth(shot.depth, self.depth_scale, self.invalid_above)
-            rgb, depth, K = fit(rgb, depth, self.K, self.size, size)
+            rgb, depth, lens = fit(rgb, depth, self.K, self.size, size)
             check_depth(depth)
         except FormatError as error:
             self.skipped[error.message.partition(": ")[2] or error.message] += 1
             return None
         return Frame(
-            index=index, name=shot.name, timestamp=shot.timestamp, rgb=rgb, depth=depth, K=K, T_world_camera=shot.pose
+            index=index, name=shot.name, timestamp=shot.timestamp, rgb=rgb, depth=depth, K=lens, T_world_camera=shot.pose
         )
 
 
@@ -136,12 +136,12 @@ def open_recording(
     path: str | Path,
     *,
     layout: str | None = None,
-    K: NDArray[np.float64] | None = None,
+    lens: NDArray[np.float64] | None = None,
     depth_scale: float | None = None,
 ) -> Recording:
     """The recording in a folder; layout: one of LAYOUTS, else found by the files there.
 
-    K, depth_scale: instead of what the layout says. FormatError where it is of no layout, or makes no sense.
+    lens: the camera matrix (3, 3), and depth_scale: instead of what the layout says. FormatError where it is of no layout, or makes no sense.
     """
     root = Path(path)
     if not root.exists():
@@ -155,7 +155,7 @@ def open_recording(
             return checked(
                 replace(
                     found,
-                    K=found.K if K is None else np.asarray(K, np.float64),
+                    K=found.K if lens is None else np.asarray(lens, np.float64),
                     depth_scale=depth_scale or found.depth_scale,
                 )
             )
@@ -167,27 +167,27 @@ def checked(recording: Recording) -> Recording:
     root = recording.root
     if not recording.shots:
         raise FormatError(f"{root}: holds no frames", hint=f"expected the layout '{recording.layout}'")
-    K = recording.K
-    if K.shape != (3, 3) or not np.isfinite(K).all() or K[0, 0] <= 0 or K[1, 1] == 0:
+    lens = recording.K
+    if lens.shape != (3, 3) or not np.isfinite(lens).all() or lens[0, 0] <= 0 or lens[1, 1] == 0:
         raise FormatError(f"{root}: the intrinsics are no camera matrix", hint="fx and fy in pixels, above 0")
     if not (np.isfinite(recording.depth_scale) and recording.depth_scale > 0):
         raise FormatError(f"{root}: the depth scale must be above 0, not {recording.depth_scale}")
     if recording.size is not None:
-        poses.check_intrinsics(K, recording.size, str(root))
+        poses.check_intrinsics(lens, recording.size, str(root))
     return recording
 
 
 def fit(
     rgb: NDArray[np.uint8],
     depth: NDArray[np.float32],
-    K: NDArray[np.float64],
+    lens: NDArray[np.float64],
     k_size: tuple[int, int] | None,
     size: tuple[int, int] | None,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.float64]]:
-    """Bring colour and depth to one size, (width, height), the depth's own where size is None, and K with them.
+    """Bring colour and depth to one size, (width, height), the depth's own where size is None, and the camera matrix with them.
 
     Depth is never interpolated: between a cup and the wall behind there is nothing. FormatError where the two pictures
-    have not the same proportions, or K was made for other ones.
+    have not the same proportions, or the matrix was made for other ones.
     """
     height, width = depth.shape
     if min(height, width) < SMALLEST_SIDE or max(height, width) > LARGEST_SIDE:
@@ -204,12 +204,12 @@ def fit(
     if base != target:
         # The centre of a pixel is its middle, also in a picture of another size.
         sx, sy = target[0] / base[0], target[1] / base[1]
-        K = K.copy()
-        K[0] *= sx
-        K[1] *= sy
-        K[0, 2] += 0.5 * (sx - 1.0)
-        K[1, 2] += 0.5 * (sy - 1.0)
-    return rgb, depth, K
+        lens = lens.copy()
+        lens[0] *= sx
+        lens[1] *= sy
+        lens[0, 2] += 0.5 * (sx - 1.0)
+        lens[1, 2] += 0.5 * (sy - 1.0)
+    return rgb, depth, lens
 
 
 def nearest(picture: NDArray[Any], size: tuple[int, int]) -> NDArray[Any]:
@@ -217,7 +217,8 @@ def nearest(picture: NDArray[Any], size: tuple[int, int]) -> NDArray[Any]:
     height, width = picture.shape[:2]
     rows = np.minimum(((np.arange(size[1]) + 0.5) * height / size[1]).astype(np.intp), height - 1)
     columns = np.minimum(((np.arange(size[0]) + 0.5) * width / size[0]).astype(np.intp), width - 1)
-    return picture[rows[:, None], columns]
+    taken: NDArray[Any] = picture[rows[:, None], columns]
+    return taken
 
 
 def check_depth(depth: NDArray[np.float32]) -> None:

@@ -21,12 +21,12 @@ def read(root: Path) -> Recording:
     """The recording, with the world turned to z up."""
     path = root / "intrinsics.txt"
     values = poses.numbers(poses.text_of(path), str(path))
-    K = values.reshape(3, 3) if values.size == 9 else poses.matrix(values, str(path))[:3, :3].copy()
+    lens = values.reshape(3, 3) if values.size == 9 else poses.matrix(values, str(path))[:3, :3].copy()
     return Recording(
         layout="ai2thor",
         root=root,
         shots=shots_of_folders(root / "color", root / "depth", root / "pose", convert=poses.from_left_handed),
-        K=K,
+        K=lens,
         size=None,
         depth_scale=1000.0,
         invalid_above=15.0,

@@ -27,10 +27,10 @@ def read(root: Path) -> Recording:
     depths = {key_of(path): path for path in files(root / "depth", DEPTH)}
     if len(found) != len(colors):
         raise FormatError(f"{root}: {len(colors)} colour pictures but {len(found)} poses")
-    K, size, note = poses.intrinsics(607.4, 607.4, 639.6, 366.3), (1280, 720), "intrinsics: a usual camera's"
+    lens, size, note = poses.intrinsics(607.4, 607.4, 639.6, 366.3), (1280, 720), "intrinsics: a usual camera's"
     recorded = root / "intrinsic.json"
     if recorded.is_file():
-        K, size = poses.open3d_intrinsics(strict_json.parse(poses.text_of(recorded)), str(recorded))
+        lens, size = poses.open3d_intrinsics(strict_json.parse(poses.text_of(recorded)), str(recorded))
         note = "intrinsics: intrinsic.json"
     return Recording(
         layout="azure",
@@ -39,7 +39,7 @@ def read(root: Path) -> Recording:
             shot(path, depths.get(key_of(path), root / "depth" / path.with_suffix(".png").name), pose)
             for path, pose in zip(colors, found, strict=True)
         ],
-        K=K,
+        K=lens,
         size=size,
         depth_scale=1000.0,
         notes=(note,),

@@ -32,7 +32,7 @@ def read(root: Path) -> Recording:
     colors, depths = files(folder, COLOR), files(root / "depth", DEPTH)
     if len(colors) != len(depths):
         raise FormatError(f"{root}: {len(colors)} colour pictures but {len(depths)} depth pictures")
-    K, size = _camera(root)
+    lens, size = _camera(root)
     first = int(key_of(colors[0])) if colors and key_of(colors[0]).isdigit() else 0
     return Recording(
         layout="redwood",
@@ -41,7 +41,7 @@ def read(root: Path) -> Recording:
             shot(color, depth, found.get(number), missing="no pose in the trajectory")
             for number, (color, depth) in enumerate(zip(colors, depths, strict=True), start=0 if first < 2 else first)
         ],
-        K=K,
+        K=lens,
         size=size,
         depth_scale=1000.0,
         up=up_of([pose for pose in found.values() if poses.fault(pose) is None]),

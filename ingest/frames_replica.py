@@ -1,4 +1,4 @@
-"""Replica as rendered for NICE-SLAM: results/frame*.jpg, results/depth*.png (1/6553.5 m), traj.txt (16 numbers a line)."""
+"""Replica as rendered for NICE-SLAM: results/frame*.jpg, results/depth*.png (1/6553.5 m), traj.txt (16 numbers)."""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ import heapq
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
-
 from typing import Any
 
 import numpy as np
@@ -75,7 +74,8 @@ class Objects:
         if sums is None:
             return None
         rows = sums[: len(self.all)]
-        return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+        unit: NDArray[np.float32] = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+        return unit
 
     def looks(self) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
         """The mean features of what the objects look like, and of what they are called."""
@@ -208,7 +208,7 @@ def _features(found: Detections) -> Iterator[tuple[str, NDArray[np.float32]]]:
 def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]:
     """The votes of a frame: rows ascending, the object, the strength; each pair once, at its strongest."""
     key = (lifted.rows.astype(np.int64) << 31) | (went[lifted.owner].astype(np.int64) << 1) | (lifted.strength <= 1.0)
-    order = np.argsort(key, kind="stable")
+    order = np.argsort(key)  # equal keys are equal votes
     key = key[order]
     first = np.ones(len(key), np.bool_)
     first[1:] = (key[1:] >> 1) != (key[:-1] >> 1)

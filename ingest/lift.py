@@ -9,6 +9,7 @@ voxels about them are core, and cores that touch are one cluster.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,10 @@ def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: N
     """The detections as sets of voxels, made where there were none. whole (n,): those that may be in several pieces."""
     usable = usable_pixels(frame.depth, how)
     sampled = usable & sampling_grid(frame, how.spacing * voxels.size)
-    picks = [mask_pixels(mask, box, sampled, how.rim) for mask, box in zip(found.masks, found.xyxy, strict=True)]
+    scratch = np.zeros(frame.depth.shape, np.bool_)
+    picks = [
+        mask_pixels(mask, box, sampled, how.rim, scratch) for mask, box in zip(found.masks, found.xyxy, strict=True)
+    ]
     seen = np.zeros(frame.depth.size, np.bool_)
     for pixels, _ in picks:
         seen[pixels] = True
@@ -121,18 +125,22 @@ def _spread(values: Floats) -> Floats:
 
 
 def mask_pixels(
-    mask: NDArray[np.bool_], box: NDArray[np.float32], usable: NDArray[np.bool_], rim: int
+    mask: NDArray[np.bool_], box: NDArray[np.float32], usable: NDArray[np.bool_], rim: int, scratch: NDArray[np.bool_]
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """The flat positions of a mask's usable pixels, and which of them lie deeper than rim in it."""
+    """The flat positions of a mask's usable pixels, and which of them lie deeper than rim in it.
+
+    scratch (h, w) is written to, so that no picture has to be made for every mask.
+    """
     height, width = mask.shape
     x1, y1 = max(0, int(box[0]) - 1), max(0, int(box[1]) - 1)
     x2, y2 = min(width, int(box[2]) + 2), min(height, int(box[3]) + 2)
     if x2 <= x1 or y2 <= y1:
         return np.zeros(0, np.intp), np.zeros(0, np.bool_)
     window = mask[y1:y2, x1:x2]
-    inner = shrunk(window, rim, (x1 == 0, x2 == width, y1 == 0, y2 == height))
-    rows, columns = np.nonzero(window & usable[y1:y2, x1:x2])
-    return (rows + y1) * width + columns + x1, inner[rows, columns]
+    scratch[y1:y2, x1:x2] = shrunk(window, rim, (x1 == 0, x2 == width, y1 == 0, y2 == height))
+    # Whole rows lie together, and outside of the box there is nothing of the mask.
+    pixels = np.flatnonzero(mask[y1:y2] & usable[y1:y2]) + y1 * width
+    return pixels, scratch.reshape(-1)[pixels]
 
 
 def shrunk(mask: NDArray[np.bool_], rim: int, cut: tuple[bool, bool, bool, bool]) -> NDArray[np.bool_]:
@@ -164,14 +172,14 @@ def unproject(frame: Frame, pixels: NDArray[np.intp]) -> Floats:
     width = frame.depth.shape[1]
     z = frame.depth.reshape(-1)[pixels]
     v, u = np.divmod(pixels.astype(np.int32), np.int32(width))
-    K = frame.K.astype(np.float32)
-    camera = np.empty((len(pixels), 3), np.float32)
-    camera[:, 0] = (u - K[0, 2]) * (z * (1 / K[0, 0]))
-    camera[:, 1] = (v - K[1, 2]) * (z * (1 / K[1, 1]))
-    camera[:, 2] = z
+    lens = frame.K.astype(np.float32)
+    x = (u - lens[0, 2]) * (z * (1 / lens[0, 0]))
+    y = (v - lens[1, 2]) * (z * (1 / lens[1, 1]))
     pose = frame.T_world_camera.astype(np.float32)
-    points: Floats = camera @ pose[:3, :3].T
-    points += pose[:3, 3]
+    points = np.empty((len(pixels), 3), np.float32, order="F")
+    for axis in range(3):
+        # Not a matrix product: for three columns its threads cost more than they bring.
+        points[:, axis] = pose[axis, 0] * x + pose[axis, 1] * y + pose[axis, 2] * z + pose[axis, 3]
     return points
 
 
@@ -185,8 +193,10 @@ def _distinct(
         place = place_of[pixels]
         seen[k, place] = True
         strong[k, place[inner]] = True
-    owner, place = np.nonzero(seen)
-    return owner.astype(np.int32), place.astype(np.int32), strong[owner, place]
+    flat = np.flatnonzero(seen.reshape(-1))
+    owner = np.repeat(np.arange(len(picks), dtype=np.int32), np.count_nonzero(seen, axis=1))
+    place = (flat - owner.astype(np.int64) * n).astype(np.int32)
+    return owner, place, strong.reshape(-1)[flat]
 
 
 def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, least: float = 1.0) -> NDArray[np.bool_]:
@@ -228,15 +238,16 @@ def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, lea
 def _first_of_equals(
     of: NDArray[np.int64],
     piece: NDArray[np.intp],
-    size: NDArray[np.float64],
-    largest: NDArray[np.float64],
+    size: NDArray[Any],
+    largest: NDArray[Any],
     whole: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
     """Of several largest clusters of an owner, the first."""
     first = np.full(len(whole), len(piece), np.intp)
     top = size[piece] == largest[of]
     np.minimum.at(first, of[top], piece[top])
-    return (piece == first[of]) | whole[of]
+    chosen: NDArray[np.bool_] = (piece == first[of]) | whole[of]
+    return chosen
 
 
 def _touching(groups: NDArray[np.int64], side: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -45,17 +44,18 @@ class Mapper:
 
     def __init__(self, how: Mapping | None = None) -> None:
         self.how = how or Mapping()
+        self._selection = replace(self.how.selection, skip_background=self.how.background == "skip")
         self.voxels = Voxels(self.how.voxel)
         self.objects = Objects(renormalise=self.how.renormalise)
         self.frames = 0
         self.detections = 0
-        self.skipped: Counter[str] = Counter()
+        self._cared = self._newest = -1
 
     def step(self, frame: Frame, found: Detections) -> None:
         """Take one frame in. The time that it takes depends on the frame, not on what is mapped already."""
         how = self.how
         self.objects.check(found, frame.name)
-        found = select(found, frame, how.selection)
+        found = select(found, frame, self._selection)
         room = np.array([how.background == "merge" and label in BACKGROUND for label in found.labels], np.bool_)
         lifted = lift(frame, found, self.voxels, how.lifting, whole=room)
         room = room[lifted.source]
@@ -65,6 +65,7 @@ class Mapper:
         self.voxels.vote(rows, objects, strength)
         self.voxels.last[rows] = self.frames
         self.frames += 1
+        self._newest = max(self._newest, frame.index)
         self.detections += len(lifted)
         self._tidy()
 
@@ -85,4 +86,5 @@ class Mapper:
         if how.filter_every and done % how.filter_every == 0:
             tidy.drop(self.objects, self.voxels, how)
         if how.merge_every and done % how.merge_every == 0:
-            tidy.merge(self.objects, self.voxels, how)
+            tidy.merge(self.objects, self.voxels, how, since=self._cared)
+            self._cared = self._newest

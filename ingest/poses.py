@@ -108,10 +108,10 @@ def intrinsics(fx: float, fy: float, cx: float, cy: float) -> Matrix:
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
-def check_intrinsics(K: Matrix, size: tuple[int, int], where: str) -> None:
+def check_intrinsics(lens: Matrix, size: tuple[int, int], where: str) -> None:
     """FormatError where a camera matrix cannot belong to pictures of (width, height)."""
     width, height = size
-    fx, fy, cx, cy = K[0, 0], abs(K[1, 1]), K[0, 2], K[1, 2]
+    fx, fy, cx, cy = lens[0, 0], abs(lens[1, 1]), lens[0, 2], lens[1, 2]
     wide = 0.2 * width < fx < 8 * width and 0.2 * height < fy < 10 * height
     if not wide or not (0.2 * width < cx < 0.8 * width and 0.2 * height < cy < 0.8 * height):
         raise FormatError(

@@ -58,13 +58,13 @@ class GeometricDetector:
         half = max(1, round(frame.depth.shape[0] / 240))
         depth = frame.depth[::half, ::half]
         rgb = _averaged(frame.rgb, half)
-        K = frame.K / half
+        lens = frame.K / half
         known = depth > 0
         inverse = np.zeros_like(depth)
         np.divide(1.0, depth, out=inverse, where=known)
         inverse = smoothed(inverse, known, self.how.edge, self.how.smooth)
-        normals = normals_of(inverse, known, K)
-        points = _points(inverse, known, K)
+        normals = normals_of(inverse, known, lens)
+        points = _points(inverse, known, lens)
         label = self._cut(inverse, known, normals, points, rgb)
         masks, names = self._named(label, points, normals, known, frame)
         full = np.stack([nearest(mask, frame.depth.shape[::-1]) for mask in masks]) if masks else _none(frame)
@@ -143,20 +143,20 @@ def smoothed(inverse: Floats, known: Bools, edge: float, rounds: int) -> Floats:
             total[other] += np.where(near, made[one], 0)
             weight[one] += near
             weight[other] += near
-        made = total / np.maximum(weight, 1)
+        made = (total / np.maximum(weight, 1)).astype(np.float32)
     return made
 
 
-def normals_of(inverse: Floats, known: Bools, K: NDArray[np.float64]) -> Floats:
+def normals_of(inverse: Floats, known: Bools, lens: NDArray[np.float64]) -> Floats:
     """(h, w, 3) unit normals in camera axes, towards the camera: 1/z = a u + b v + c on a plane gives them."""
     height, width = inverse.shape
     across, down = np.zeros_like(inverse), np.zeros_like(inverse)
     across[:, 2:-2] = (inverse[:, 4:] - inverse[:, :-4]) / 4
     down[2:-2] = (inverse[4:] - inverse[:-4]) / 4
-    u = np.arange(width, dtype=np.float32)[None, :] - np.float32(K[0, 2])
-    v = np.arange(height, dtype=np.float32)[:, None] - np.float32(K[1, 2])
+    u = np.arange(width, dtype=np.float32)[None, :] - np.float32(lens[0, 2])
+    v = np.arange(height, dtype=np.float32)[:, None] - np.float32(lens[1, 2])
     normals = np.stack(
-        [-across * np.float32(K[0, 0]), -down * np.float32(K[1, 1]), across * u + down * v - inverse], axis=2
+        [-across * np.float32(lens[0, 0]), -down * np.float32(lens[1, 1]), across * u + down * v - inverse], axis=2
     )
     length = np.linalg.norm(normals, axis=2, keepdims=True)
     return np.where(known[:, :, None], normals / np.maximum(length, 1e-9), 0).astype(np.float32)
@@ -173,11 +173,11 @@ def color_histograms(rgb: Floats, masks: list[Bools]) -> Floats | None:
     return roots
 
 
-def _points(inverse: Floats, known: Bools, K: NDArray[np.float64]) -> Floats:
+def _points(inverse: Floats, known: Bools, lens: NDArray[np.float64]) -> Floats:
     height, width = inverse.shape
     z = np.where(known, 1 / np.maximum(inverse, 1e-6), 0)
-    x = (np.arange(width, dtype=np.float32)[None, :] - np.float32(K[0, 2])) / np.float32(K[0, 0]) * z
-    y = (np.arange(height, dtype=np.float32)[:, None] - np.float32(K[1, 2])) / np.float32(K[1, 1]) * z
+    x = (np.arange(width, dtype=np.float32)[None, :] - np.float32(lens[0, 2])) / np.float32(lens[0, 0]) * z
+    y = (np.arange(height, dtype=np.float32)[:, None] - np.float32(lens[1, 2])) / np.float32(lens[1, 1]) * z
     return np.stack([x, y, z], axis=2).astype(np.float32)
 
 

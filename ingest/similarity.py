@@ -35,4 +35,5 @@ def iou(low: Ints, high: Ints, other_low: Ints, other_high: Ints, *, generalised
         around = np.maximum(end[:, None], other_end[None]) - np.minimum(low[:, None], other_low[None])
         enclosing = np.prod(around, axis=2)
         found -= (enclosing - union) / enclosing
-    return found.astype(np.float32)
+    similar: NDArray[np.float32] = found.astype(np.float32)
+    return similar

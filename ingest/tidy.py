@@ -13,6 +13,9 @@ from cgdb.ingest.lift import STRONG
 from cgdb.ingest.voxels import Voxels
 
 
+_CHUNK = 1 << 16
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tidying:
     """When and how.
@@ -39,18 +42,23 @@ class Tidying:
 def denoise(voxels: Voxels, now: int, how: Tidying) -> None:
     """Forget voxels that were seen once, a while ago, and never again: what a camera made up, or nobody claimed."""
     part = slice(0, voxels.count)
-    weak = (voxels.seen[part] < how.strength) & (voxels.last[part] < now - how.old)
-    if weak.mean() > 0.05 if voxels.count else False:
-        voxels.keep(np.flatnonzero(~weak))
+    weak = (voxels.seen[part] < how.strength) & (voxels.last[part] < now - how.old) & (voxels.weight[part] > 0)
+    rows = np.flatnonzero(weak)
+    if len(rows):
+        voxels.forget(rows)
 
 
-def merge(objects: Objects, voxels: Voxels, how: Tidying) -> int:
-    """Merge objects that lie within each other and look alike; how many went. Background is left as it is."""
+def merge(objects: Objects, voxels: Voxels, how: Tidying, *, since: int | None = None) -> int:
+    """Merge objects that lie within each other and look alike; how many went. Background is left as it is.
+
+    since: look only at objects that were seen in that frame or later, so that the time does not grow with the map.
+    """
     n = len(objects)
-    if n < 2:
+    things = np.array([not o.background and (since is None or o.last >= since) for o in objects.all], np.bool_)
+    if n < 2 or not things.any():
         return 0
-    ratio = shared(objects, voxels, how)
-    i, j = np.nonzero(ratio > how.overlap) if isinstance(ratio, np.ndarray) else (np.zeros(0, int), np.zeros(0, int))
+    ratio = shared(objects, voxels, how, things)
+    i, j = np.nonzero(ratio > how.overlap)
     order = np.lexsort((j, i, -ratio[i, j]))
     into = np.arange(n)
     clip, text = objects.looks()
@@ -72,32 +80,36 @@ def merge(objects: Objects, voxels: Voxels, how: Tidying) -> int:
     return gone
 
 
-def shared(objects: Objects, voxels: Voxels, how: Tidying) -> NDArray[np.float32]:
+def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bool_]) -> NDArray[np.float32]:
     """(n, n) float32 the share of object i's voxels that are, or touch, object j's; 0 on the diagonal.
 
-    One walk over the voxels of things (not of the room) finds every pair that meets, however many pairs there are.
+    i is one of things (n,), j is none of the room. One walk over the voxels of things finds every pair that meets,
+    however many pairs there are.
     """
     n = len(objects)
-    held = voxels.solid(how.share, 0.0)
-    thing = ~np.array([obj.background for obj in objects.all] + [True])
-    held &= thing[voxels.owners[: voxels.count]]
-    rows = np.flatnonzero(held.any(axis=1)).astype(np.int32)
-    place, slot = np.nonzero(held[rows])
-    mine = voxels.owners[rows[place], slot]
-    size = np.bincount(mine, minlength=n)
-    item, at = neighbours(voxels, rows)
-    near_place, near_slot = np.nonzero(held[at])
-    # (voxel, object near it), each once; then joined with (voxel, object in it).
-    near = np.unique(item[near_place].astype(np.int64) * n + voxels.owners[at[near_place], near_slot])
-    near_voxel, near_object = near // n, near % n
-    counts = np.bincount(near_voxel, minlength=len(rows))
-    starts = np.cumsum(counts) - counts
-    pairs = np.repeat(np.arange(len(place)), counts[place])
-    offset = np.arange(len(pairs)) - np.repeat(np.cumsum(counts[place]) - counts[place], counts[place])
-    other = near_object[starts[place[pairs]] + offset]
-    met = np.bincount(mine[pairs].astype(np.int64) * n + other, minlength=n * n).reshape(n, n)
-    np.fill_diagonal(met, 0)
-    return (met / np.maximum(size, 1)[:, None]).astype(np.float32)
+    mine_too = np.append(things, False)  # -1, nobody, is the last
+    room = np.array([*(obj.background for obj in objects.all), True])
+    rows = np.flatnonzero(mine_too[voxels.owners[: voxels.count]].any(axis=1)).astype(np.int32)
+    met, size = np.zeros(n * n, np.int64), np.zeros(n, np.int64)
+    for start in range(0, len(rows), _CHUNK):
+        part = rows[start : start + _CHUNK]
+        place, slot = np.nonzero(voxels.solid(part, how.share, 0.0) & mine_too[voxels.owners[part]])
+        mine = voxels.owners[part[place], slot]
+        size += np.bincount(mine, minlength=n)
+        item, at = neighbours(voxels, part)
+        near_place, near_slot = np.nonzero(voxels.solid(at, how.share, 0.0) & ~room[voxels.owners[at]])
+        # (voxel, object near it), each once; then joined with (voxel, object in it).
+        near = np.unique(item[near_place].astype(np.int64) * n + voxels.owners[at[near_place], near_slot])
+        near_voxel, near_object = near // n, near % n
+        counts = np.bincount(near_voxel, minlength=len(part))
+        starts = np.cumsum(counts) - counts
+        pairs = np.repeat(np.arange(len(place)), counts[place])
+        offset = np.arange(len(pairs)) - np.repeat(np.cumsum(counts[place]) - counts[place], counts[place])
+        other = near_object[starts[place[pairs]] + offset]
+        met += np.bincount(mine[pairs].astype(np.int64) * n + other, minlength=n * n)
+    ratio = met.reshape(n, n) / np.maximum(size, 1)[:, None]
+    np.fill_diagonal(ratio, 0)
+    return ratio.astype(np.float32)
 
 
 def drop(objects: Objects, voxels: Voxels, how: Tidying) -> int:

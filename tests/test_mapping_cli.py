@@ -1,0 +1,166 @@
+"""cgdb map: from a recording on disk to a store, and what happens on the way."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cgdb
+from cgdb.cli.app import main
+from tests.mapping_rooms import FOCAL, HEIGHT, WIDTH, room_frame
+
+Image = pytest.importorskip("PIL.Image")
+FRAMES = 8
+
+
+def write_recording(root: Path, count: int = FRAMES, *, detections: bool = True) -> Path:
+    for name in ("rgb", "depth", "pose", "det"):
+        (root / name).mkdir(parents=True, exist_ok=True)
+    meta = {"width": WIDTH, "height": HEIGHT, "fx": FOCAL, "fy": FOCAL, "cx": 79.5, "cy": 59.5, "depth_scale": 1000}
+    (root / "meta.json").write_text(json.dumps(meta))
+    for number in range(count):
+        frame, found = room_frame(number % FRAMES, FRAMES)
+        stem = f"{number:06}"
+        Image.fromarray(frame.rgb).save(root / "rgb" / f"{stem}.png")
+        Image.fromarray(np.round(frame.depth * 1000).astype(np.uint16)).save(root / "depth" / f"{stem}.png")
+        np.savetxt(root / "pose" / f"{stem}.txt", frame.T_world_camera)
+        if detections:
+            names = sorted(set(found.labels))
+            np.savez(
+                root / "det" / f"{stem}.npz",
+                mask=found.masks,
+                class_id=np.array([names.index(label) for label in found.labels]),
+                image_feats=found.features,
+            )
+            (root / "gsa_classes_x.json").write_text(json.dumps(names))
+    if not detections:
+        (root / "det").rmdir()
+    return root
+
+
+def tags(store: Path, scene: str) -> set[str | None]:
+    with cgdb.open(store, text_encoder=None) as db:
+        return {obj.tag for obj in db.scene(scene, features=False, clouds=False).objects}
+
+
+def test_a_recording_becomes_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root, store = write_recording(tmp_path / "office"), tmp_path / "house.cgdb"
+    assert main(["map", str(root), "--into", str(store), "--encoder", "open_clip:ViT-B-32:openai"]) == 0
+    said = capsys.readouterr()
+    assert said.out == "" and "scene 'office', 8 frames, 5 objects" in said.err
+    assert tags(store, "office") == {"floor", "wall", "table", "box", "vase"}
+    with cgdb.open(store, text_encoder=None) as db:
+        scene = db.scene("office")
+        assert scene.spaces[0].encoder == "open_clip:ViT-B-32:openai"
+        assert scene.provenance["frames"] == 8 and scene.provenance["parameters"]["voxel"] == 0.025
+        assert all(obj.points is not None for obj in scene.objects)
+        result = db.query("MATCH (a)-[:on]->(b) WHERE a.tag = 'vase' RETURN b.tag")
+        assert [row[0] for row in result] == ['table']
+
+
+def test_without_detections_geometry_is_used_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root, store = write_recording(tmp_path / "room", detections=False), tmp_path / "s.cgdb"
+    assert main(["map", str(root), "--into", str(store)]) == 0
+    assert "no model" in capsys.readouterr().err
+    assert len(tags(store, "room")) >= 1
+
+
+def test_a_scene_that_is_there_is_not_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root, store = write_recording(tmp_path / "room"), tmp_path / "s.cgdb"
+    run = ["map", str(root), "--into", str(store), "--quiet"]
+    assert main(run) == 0
+    assert main(run) == 2
+    assert "already" in capsys.readouterr().err
+    assert main([*run, "--on-existing", "replace", "--min-detections", "2"]) == 0
+    assert main([*run, "--name", "other"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        assert [info.name for info in db.scenes()] == ["other", "room"]
+
+
+def test_mapping_goes_on_in_the_same_place(tmp_path: Path) -> None:
+    root, store = write_recording(tmp_path / "room"), tmp_path / "s.cgdb"
+    again = write_recording(tmp_path / "evening")
+    common = ["--into", str(store), "--name", "room", "--quiet", "--keep-state"]
+    assert main(["map", str(root), *common, "--end", "5"]) == 0
+    assert main(["map", str(root), *common, "--resume"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        before = db.scene("room", clouds=False)
+        assert before.provenance["frames"] == 8
+    assert main(["map", str(again), *common, "--resume"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        after = db.scene("room", clouds=False)
+        assert after.provenance["frames"] == 16
+        assert [o.id for o in after.objects] == [o.id for o in before.objects]
+        assert len(db.revisions("room")) == 3
+    assert main(["map", str(root), *common, "--resume", "--voxel", "0.05"]) == 2
+    assert main(["map", str(root), "--into", str(store), "--name", "new", "--resume"]) == 2
+
+
+def test_revisions_while_it_maps(tmp_path: Path) -> None:
+    root, store = write_recording(tmp_path / "room"), tmp_path / "s.cgdb"
+    assert main(["map", str(root), "--into", str(store), "--every", "3", "--quiet"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        assert [r.kind for r in db.revisions("room")] == ["map"] * 3
+        assert len(db.scene("room", as_of=1, clouds=False).objects) == 5
+    assert not list((store / "mapping").glob("*.npz"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["--intrinsics", "1,2"], 2),
+        (["--intrinsics", "5,5,5,5"], 5),
+        (["--size", "big"], 2),
+        (["--voxel", "7"], 2),
+        (["--layout", "replika"], 2),
+        (["--detections", "nowhere"], 2),
+        (["--start", "99"], 2),
+        (["--stride", "0"], 2),
+        (["--depth-scale", "0.001"], 5),
+    ],
+)
+def test_bad_arguments_are_one_line(
+    arguments: list[str], code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = write_recording(tmp_path / "room", 2)
+    assert main(["map", str(root), "--into", str(tmp_path / "s.cgdb"), *arguments]) == code
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_bad_frames_are_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root = write_recording(tmp_path / "room")
+    (root / "depth/000001.png").write_bytes(b"")
+    (root / "det/000002.npz").unlink()
+    assert main(["map", str(root), "--into", str(tmp_path / "s.cgdb")]) == 0
+    said = capsys.readouterr().err
+    assert "1 frames left out: the depth is damaged" in said
+    assert "1 frames left out: there are no detections" in said and "6 frames" in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_map_goes_on(how: signal.Signals, tmp_path: Path) -> None:
+    root, store = write_recording(tmp_path / "room", 120), tmp_path / "s.cgdb"
+    command = [sys.executable, "-m", "cgdb.cli.app", "map", str(root), "--into", str(store), "--every", "10"]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    state, deadline = store / "mapping" / "room.npz", time.monotonic() + 60
+    while not state.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.2)
+    running.send_signal(how)
+    _, said = running.communicate(timeout=60)
+    if how == signal.SIGINT:
+        assert running.returncode == 130 and b"--resume goes on" in said
+    with cgdb.open(store, text_encoder=None) as db:
+        assert len(db.scene("room", clouds=False).objects) == 5
+    assert main(["map", str(root), "--into", str(store), "--resume", "--quiet"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        assert db.scene("room", clouds=False).provenance["frames"] == 120
