@@ -34,7 +34,7 @@ demo: $(VENV)/.demo
 	@$(BIN)/cgdb demo
 
 # The second run is of the tests that touch the graph index, on its other engine: one process can load only one.
-ENGINE_TESTS := tests/test_query.py tests/test_faults_index.py
+ENGINE_TESTS := tests/test_query.py tests/test_engines_agree.py tests/test_faults_index.py
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest -q -n 2

@@ -158,9 +158,20 @@ def engine(name: str | None = None) -> Engine:
             module = importlib.import_module(candidate)
         except ImportError:
             continue
+        _check_version(candidate, str(module.__version__))
         return Engine(candidate, int(module.Database.get_storage_version()), module)
     wanted = asked or "kuzu"
     raise MissingExtraError(f"the graph engine '{wanted}' is not installed", hint=f"pip install {wanted}")
+
+
+def _check_version(name: str, version: str) -> None:
+    """Ladybug 0.21 and 0.22 drop rows of a join whose nodes are filtered: no answer is better than a wrong one."""
+    numbers = tuple(int(part) for part in re.findall(r"\d+", version)[:2])
+    if name == "ladybug" and (0, 21) <= numbers <= (0, 22):
+        raise MissingExtraError(
+            f"the graph engine ladybug {version} leaves out rows that it should find",
+            hint="pip install 'ladybug<0.21'",
+        )
 
 
 @contextlib.contextmanager

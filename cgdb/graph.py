@@ -1,7 +1,7 @@
 """The graph index: one scene at one revision as an immutable file of the graph engine, for traversal by Cypher.
 
 Node(key, id, label, tag, caption, confidence, n_observations, cx, cy, cz, ex, ey, ez, p_*) and Rel(source,
-label, confidence, origin, explanation). Scalars only: vectors and point clouds have places of their own.
+number, label, confidence, origin, explanation). Scalars only: vectors and point clouds have places of their own.
 """
 
 from __future__ import annotations
@@ -43,8 +43,10 @@ _FIXED = {
 _RELATION = {
     "from_key": "INT64",
     "to_key": "INT64",
-    # The engine does not tell the direction of a relation that was matched either way; so the relation itself does.
+    # The engine does not tell the direction of a relation that was matched either way; so the relation itself does. Its
+    # number tells it from every other one.
     "source": "INT64",
+    "number": "INT64",
     "label": "STRING",
     "confidence": "DOUBLE",
     "origin": "STRING",
@@ -122,7 +124,7 @@ class GraphIndex:
             if n_nodes:
                 store.execute(f"COPY Node FROM ({node_file.loading()} RETURN {node_file.returned()})")
             relation_file = _CsvFile(folder / "relations.csv", _RELATION)
-            n_relations = relation_file.write([_relation_cells(row) for row in batch] for batch in relations)
+            n_relations = relation_file.write(_numbered([_relation_cells(row) for row in batch] for batch in relations))
             _create_relations(store, relation_file, n_relations)
         return {"nodes": n_nodes, "relations": n_relations, "columns": dict(columns)}
 
@@ -166,7 +168,7 @@ class GraphIndex:
             )
             added = _CsvFile(folder / "relations.csv", _RELATION)
             n_relations = added.write(
-                itertools.chain([kept], ([_relation_cells(row) for row in batch] for batch in relations))
+                _numbered(itertools.chain([kept], ([_relation_cells(row) for row in batch] for batch in relations)))
             )
             store.execute("DROP TABLE Rel")
             for name in types:
@@ -364,6 +366,13 @@ def _property(value: Any, kind: str) -> Any:
     if kind == "STRING" and isinstance(value, (tuple, list)):
         return ", ".join(str(v) for v in value)
     return value
+
+
+def _numbered(batches: Iterable[Iterable[tuple[Any, ...]]]) -> Iterator[list[tuple[Any, ...]]]:
+    """The cells of relations with their number after the three keys."""
+    number = itertools.count()
+    for batch in batches:
+        yield [(*cells[:3], next(number), *cells[3:]) for cells in batch]
 
 
 def _relation_cells(row: RelationRow) -> tuple[Any, ...]:
