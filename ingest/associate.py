@@ -29,20 +29,32 @@ class Association:
     spatial: "overlap" is the paper's nnratio, the share of a detection's voxels that are the object's or share a face
     with one that is; the others compare boxes. semantic: "paper" is cos / 2 + 1 / 2, "cosine" the reference's cos.
     threshold: the least sum; the paper's 1.1 goes with "paper", the reference's 1.2 with "cosine". bias: weighs
-    (1 + bias) spatial + (1 - bias) semantic.
+    (1 + bias) spatial + (1 - bias) semantic. alike: of several detections of one frame that would go to one object, all
+    but the most similar must look like it (cosine), or be things of their own that an earlier mask had swallowed; -1
+    lets them all in, as the paper does.
     """
 
     spatial: Spatial = "overlap"
     semantic: Semantic = "paper"
     threshold: float = 1.1
     bias: float = 0.0
+    alike: float = 0.7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matches:
+    """objects (k,): the object of each detection, -1 for a new one. out_of (k,): of a new one, the object that has
+    been taking it in so far, else -1."""
+
+    objects: NDArray[np.intp]
+    out_of: NDArray[np.intp]
 
 
 def associate(
     lifted: Lifted, found: Detections, objects: Objects, voxels: Voxels, how: Association, alone: NDArray[np.bool_]
-) -> NDArray[np.intp]:
-    """(k,) the object of each detection, -1 where none is similar enough. alone (k,): not to be asked for."""
-    matches = np.full(len(lifted), -1, np.intp)
+) -> Matches:
+    """Each detection's object. alone (k,): detections that are not to be asked for."""
+    matches = Matches(np.full(len(lifted), -1, np.intp), np.full(len(lifted), -1, np.intp))
     if not len(objects) or alone.all():
         return matches
     spatial = (
@@ -52,12 +64,35 @@ def associate(
     )
     total = (1 + how.bias) * spatial + (1 - how.bias) * semantic(lifted, found, objects, how.semantic)
     # What is nowhere near is no candidate, however alike it looks.
-    total[spatial <= 0.0 if how.spatial != "giou" else spatial <= -1.0] = -np.inf
+    total[spatial <= (-1.0 if how.spatial.startswith("giou") else 0.0)] = -np.inf
     total[:, [obj.background for obj in objects.all]] = -np.inf
     best = total.argmax(axis=1)
-    good = (total[np.arange(len(best)), best] >= how.threshold) & ~alone
-    matches[good] = best[good]
+    score = total[np.arange(len(best)), best]
+    good = (score >= how.threshold) & ~alone
+    matches.objects[good] = best[good]
+    apart = _swallowed(lifted, found, objects, how, best, np.where(good, score, -np.inf))
+    matches.objects[apart], matches.out_of[apart] = -1, best[apart]
     return matches
+
+
+def _swallowed(
+    lifted: Lifted,
+    found: Detections,
+    objects: Objects,
+    how: Association,
+    best: NDArray[np.intp],
+    score: NDArray[np.floating],
+) -> NDArray[np.intp]:
+    """The detections that are in an object only because some mask once covered both."""
+    known = objects.unit(found.space)
+    if found.features is None or known is None:
+        return np.zeros(0, np.intp)
+    cosine = (found.features[lifted.source] * known[best]).sum(axis=1)
+    order = np.lexsort((-score, best))
+    order = order[np.isfinite(score[order])]
+    later = np.zeros(len(order), np.bool_)
+    later[1:] = best[order[1:]] == best[order[:-1]]
+    return order[later & (cosine[order] < how.alike)]
 
 
 def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic) -> NDArray[np.float32]:

@@ -60,7 +60,9 @@ class Mapper:
         lifted = lift(frame, found, self.voxels, how.lifting, whole=room)
         room = room[lifted.source]
         matches = associate(lifted, found, self.objects, self.voxels, how.association, alone=room)
-        went = self.objects.fuse(frame, found, lifted, matches, room)
+        went = self.objects.fuse(frame, found, lifted, matches.objects, room)
+        for k in np.flatnonzero(matches.out_of >= 0).tolist():
+            self.voxels.hand_over(lifted.rows[lifted.owner == k], int(matches.out_of[k]), int(went[k]))
         rows, objects, strength = claims(lifted, went)
         self.voxels.vote(rows, objects, strength)
         self.voxels.last[rows] = self.frames

@@ -248,6 +248,12 @@ class Voxels:
         self.votes[rows, slot] = np.where(known, held + strength, np.where(stays, held - strength, strength))
         self.owners[rows, slot] = np.where(stays, owners[each, slot], objects)
 
+    def hand_over(self, rows: Ints, giver: int, taker: int) -> None:
+        """Let the claims of one object on these voxels be another's, which has none yet."""
+        owners = self.owners[rows]
+        owners[owners == giver] = taker
+        self.owners[rows] = owners
+
     def rename(self, names: Ints) -> None:
         """Let object i be names[i] from now on, or nobody where that is -1; claims that meet are added up."""
         owners, votes = self.owners[: self.count], self.votes[: self.count]
