@@ -451,7 +451,7 @@ def knowledge() -> Knowledge:
         uses=uses,
         doing=Uses.of(uses),
         consumables=np.asarray(is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1)),
-        vocabulary=words | ADJECTIVES | COMMON_WORDS,
+        vocabulary=words | ADJECTIVES | COMMON_WORDS | {word for key in trait_by_name for word in key},
         nouns=frozenset(key[-1] for key in thing_by_name if len(key[-1]) > 2),
         use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
         thing_by_name=thing_by_name,

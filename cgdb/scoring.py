@@ -70,7 +70,8 @@ class Meaning:
         cls, text: str, encode: Callable[[list[str]], Floats] | None, *, features: Mapping[str, Floats] | None = None
     ) -> Meaning:
         """The meaning of a text; encode (one call, one or two texts) makes the vectors, or None where there is none."""
-        text = knowledge().readable(text)
+        if len(text.split()) == 1:
+            text = knowledge().readable(text)  # a name copied from a map
         if encode is None:
             return cls(text=text, features=features or {})
         phrase = head_phrase(text)
@@ -117,10 +118,10 @@ class Calibration:
 
     line, slope: in standard deviations above the background. weight: {form of the question: {evidence: weight}}.
     words: {form: log-odds that a full match of the question's words adds}. argument: log-odds that a thing loses when
-    the question only says what is to be done to it. cover: standard deviations that a use gains when it has all words of
-    the question; part, verb: those that it loses when the thing plays another part in it ("drink from" for "drink"), or
-    its verb is another. rival: the share of the best thing's deviations that any other must reach, and so the line of
-    questions that the table answers well.
+    the question only says what is to be done to it. cover: standard deviations that a use gains when it has all words
+    of the question; part, verb: those that it loses when the thing plays another part in it ("drink from" for "drink"),
+    or its verb is another. rival: the share of the best thing's deviations that any other must reach, and so the line
+    of questions that the table answers well.
 
     Chosen by leaving maps out (benchmarks/retrieval.py --fit), where neighbouring values do as well; what is wrong with
     uses was seen on the development half of benchmarks/queries and is reported on the other.

@@ -66,6 +66,8 @@ def test_any_text_is_a_frame(text: str) -> None:
         ("iPhone", "iPhone"),
         ("PlayStation", "PlayStation"),
         ("cupboard", "cupboard"),
+        ("lightweight", "lightweight"),
+        ("waterproof", "waterproof"),
         ("carpet", "carpet"),
         ("notebook", "notebook"),
         ("a red chair", "a red chair"),
