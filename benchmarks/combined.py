@@ -21,10 +21,10 @@ import cgdb
 from benchmarks import report, world
 from cgdb import query as flow
 from cgdb.binder import BoundQuery
-from cgdb.catalog import Catalog
 from cgdb.database import Database
 from cgdb.embed import Encoder, text_encoder
 from cgdb.grammar import ast
+from cgdb.index.catalog import Catalog
 from cgdb.planner import Plan, Seed, plan
 
 COMBINED = (

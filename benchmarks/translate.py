@@ -1,8 +1,8 @@
 """Questions in plain words, without a language model: R@1, R@2, R@3 of the built-in translator on judged queries.
 
 Needs CGDB_TEST_DATA (retrieval/judgements.json and the maps that it names). Each map goes into a store of its own, with
-the relations that its boxes imply; each question goes through cgdb.translate and Database.query. A query counts if it
-has an object of grade 2, and is right for k if one of grade 2 is among the first k rows. "embedding" ranks by the
+the relations that its boxes imply; each question goes through cgdb.english.translate and Database.query. A query counts
+if it has an object of grade 2, and is right for k if one of grade 2 is among the first k rows. "embedding" ranks by the
 cosine of the whole question and the caption; "~ alone" asks MATCH (o ~ question). Then home_questions.toml is asked in
 four flats of which only class names are known; a part of its questions has no answer there.
 
@@ -28,9 +28,9 @@ import cgdb
 from benchmarks.report import folder_of_stores, table
 from cgdb.database import Database
 from cgdb.embed import text_encoder
+from cgdb.english.translate import translate
 from cgdb.ingest import load
 from cgdb.scene import ObjectId, SceneGraph
-from cgdb.translate import translate
 
 KINDS = ("descriptive", "affordance", "negation")
 HOMES = ("TestScene1", "TestScene3", "TestScene5", "TestScene7")

@@ -19,7 +19,7 @@ import faiss
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.vectors import VectorIndex
+from cgdb.index.vectors import VectorIndex
 
 K = 10
 

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from cgdb.asked import Answer, first_node
 from cgdb.binder import Vector
-from cgdb.catalog import Catalog, merge
 from cgdb.embed import Encoder
 from cgdb.errors import (
     BindError,
@@ -30,14 +29,15 @@ from cgdb.errors import (
 from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
+from cgdb.index.catalog import Catalog, merge
 from cgdb.limits import Limits
-from cgdb.llm import Meter, Model, ModelError, Unreachable
-from cgdb.model_translate import translated
-from cgdb.pictures import checked, data_url, tower
-from cgdb.prompts import Surroundings, clean, describing, with_picture
-from cgdb.rerank import candidate, judge, judged, keys_of
+from cgdb.model.llm import Meter, Model, ModelError, Unreachable
+from cgdb.model.model_translate import translated
+from cgdb.model.pictures import checked, data_url, tower
+from cgdb.model.prompts import Surroundings, clean, describing, with_picture
+from cgdb.model.rerank import candidate, judge, judged, keys_of
+from cgdb.model.turned import turned
 from cgdb.result import Reason, Result, Row, StoredNode
-from cgdb.turned import turned
 
 if TYPE_CHECKING:
     from cgdb.database import Database
@@ -275,7 +275,7 @@ class _Asking:
         return draft
 
     def _built_in(self) -> _Draft:
-        from cgdb.translate import translate
+        from cgdb.english.translate import translate
 
         if not self.question or ("picture" in self.parameters and _LIKE_PICTURE.search(self.question)):
             return self._by_picture()

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgdb.llm import Usage
+from cgdb.model.llm import Usage
 from cgdb.result import Result, Row, StoredNode
 from cgdb.scene import ObjectId
 

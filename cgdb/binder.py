@@ -13,12 +13,12 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
 from cgdb.errors import BindError, LimitError, Span, did_you_mean, one_of
 from cgdb.functions import AGGREGATES, FUNCTIONS, Signature
 from cgdb.grammar import ast
 from cgdb.grammar.limits import children
 from cgdb.grammar.printer import to_text
+from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
 from cgdb.scene import ObjectId
 
 MAX_HOPS = 10

@@ -8,7 +8,7 @@ from typing import Any
 
 from cgdb.binder import BoundEdge, BoundNode
 from cgdb.grammar import ast
-from cgdb.graph import property_column
+from cgdb.index.graph import property_column
 
 COLUMNS: Mapping[str, str] = {
     "id": "id",

@@ -15,32 +15,32 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 
 from cgdb import background
-from cgdb.artefacts import Artefacts
 from cgdb.binder import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.bindings import Positions
 from cgdb.degrees import Degrees
 from cgdb.embed import TEXT_MODEL, Encoder
 from cgdb.encoders import Encoders
 from cgdb.errors import BindError, CgdbError, StoreError, one_of
-from cgdb.freshness import Fresh
-from cgdb.ledger import FILE as LEDGER
-from cgdb.ledger import Changes, Ledger, Revision, SceneInfo, SceneWriter
+from cgdb.index.artefacts import Artefacts
 from cgdb.limits import Budget, Limits
 from cgdb.query import run
 from cgdb.result import Result, StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, canonical_id
 from cgdb.search import Hits, check_k, search
-from cgdb.text_vectors import TextVectors
+from cgdb.storage.freshness import Fresh
+from cgdb.storage.ledger import FILE as LEDGER
+from cgdb.storage.ledger import Changes, Ledger, Revision, SceneInfo, SceneWriter
+from cgdb.storage.text_vectors import TextVectors
 from cgdb.view import SceneView
 
 if TYPE_CHECKING:
     import networkx
 
     from cgdb.asked import Answer
-    from cgdb.enrich import Enrichment
     from cgdb.export import Exported
-    from cgdb.graph import Table
-    from cgdb.llm import Model
+    from cgdb.index.graph import Table
+    from cgdb.model.enrich import Enrichment
+    from cgdb.model.llm import Model
 
 OnExisting = Literal["error", "replace", "merge"]
 AsOf = int | str | datetime | None
@@ -222,7 +222,7 @@ class Database:
     ) -> Answer:
         """The answer to a question in plain words. previous: the answer that it follows up; image: a picture file.
 
-        model: True for the configured one, if any; False for the built-in translator; or ``cgdb.llm.connect(...)``.
+        model: True for the configured one, if any; False for the built-in translator; or what ``llm.connect`` gives.
         """
         from cgdb.ask import ask
 
@@ -248,13 +248,13 @@ class Database:
         batch: int | None = None,
     ) -> Enrichment:
         """What asks a model once of each thing what is known of it: ``estimate()``, then go through ``run()``."""
-        from cgdb.enrich import BATCH, Enrichment
+        from cgdb.model.enrich import BATCH, Enrichment
 
         chosen = model or self._asked_model(True)
         return Enrichment(self, chosen, scenes=scenes, robot=robot, batch=BATCH if batch is None else batch)
 
     def _asked_model(self, model: Model | bool) -> Model | None:
-        from cgdb.rerank import configured
+        from cgdb.model.rerank import configured
 
         if not isinstance(model, bool):
             return model

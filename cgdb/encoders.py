@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cgdb.embed import TEXT_MODEL, Encoder, space_encoder
 from cgdb.errors import CgdbError, EncoderError
 from cgdb.scene import FeatureSpace
-from cgdb.text_vectors import TextVectors
+from cgdb.storage.text_vectors import TextVectors
 
 Floats = NDArray[np.float32]
 

@@ -14,9 +14,9 @@ from cgdb.binder import BoundEdge, BoundNode, BoundQuery, Meaning
 from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always, concatenate
 from cgdb.evaluate import Evaluator
 from cgdb.grammar import ast
+from cgdb.index.neighbours import expand
 from cgdb.limits import Budget
 from cgdb.near import joined, near_pairs
-from cgdb.neighbours import expand
 from cgdb.paths import follow
 from cgdb.planner import FIRST_BATCH, GRAPH_EDGES, Plan, Seed, plan_condition
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cgdb import cypher
 from cgdb.binder import BoundQuery
-from cgdb.catalog import Catalog
+from cgdb.index.catalog import Catalog
 from cgdb.planner import Plan, known_nodes
 from cgdb.reasons import asked, meaning_text
 

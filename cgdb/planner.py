@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from cgdb.binder import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
-from cgdb.catalog import Catalog
 from cgdb.cypher import Component, pushable, variables
 from cgdb.grammar import ast
+from cgdb.index.catalog import Catalog
 
 # Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.
 GRAPH_STEP, GRAPH_NODE, GRAPH_ROW = 1.5e-3, 0.06e-6, 5e-6
@@ -56,9 +56,10 @@ class Plan:
 
     filters: (node, condition) pairs, tested on all nodes of its label before anything is matched. components: matched
     in the graph index or scanned. paths: edges of several hops, followed afterwards. hidden: conditions on unnamed
-    nodes, whose best match counts. conditions: the rest, cheapest first. near: what a distance
-    joins. fitting: (node, condition) pairs: only nodes that fit are matched, if that gives enough rows that fit
-    (enough None: however many). seed: start from the vectors, None: from the graph. top: rows that are enough, None: all. estimates: {component: rows}.
+    nodes, whose best match counts. conditions: the rest, cheapest first. near: what a distance joins. fitting: (node,
+    condition) pairs: only nodes that fit are matched, if that gives enough rows that fit (enough None: however many).
+    seed: start from the vectors, None: from the graph. top: rows that are enough, None: all. estimates: {component:
+    rows}.
     """
 
     match: BoundMatch

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from cgdb.answer import SceneRows, answer
 from cgdb.binder import BoundQuery, bind, check_value
-from cgdb.catalog import merge
 from cgdb.cypher import parts
 from cgdb.errors import BindError, CgdbError, SceneError, did_you_mean, one_of
 from cgdb.executor import Executor, Profile, meanings_of
@@ -17,13 +16,14 @@ from cgdb.explain import plan_text
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
 from cgdb.grammar.printer import to_text
+from cgdb.index.catalog import merge
 from cgdb.limits import Budget
 from cgdb.planner import Plan, plan
 from cgdb.result import Result, Row
 from cgdb.view import SceneView
 
 if TYPE_CHECKING:
-    from cgdb.llm import Model
+    from cgdb.model.llm import Model
 
 ViewsOf = Callable[[Sequence[str] | None, int | str | None], Sequence[SceneView]]
 """The views of the scenes with these names (None: all), as of a revision or time (None: now)."""
@@ -99,7 +99,7 @@ def _before_ranking(bound: BoundQuery) -> BoundQuery:
 
 
 def _ranked(bound: BoundQuery, rows: tuple[Row, ...], model: Model | None) -> tuple[tuple[Row, ...], tuple[str, ...]]:
-    from cgdb.rerank import rerank
+    from cgdb.model.rerank import rerank
 
     assert bound.rerank is not None
     question, top = bound.rerank

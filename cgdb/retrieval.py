@@ -16,10 +16,10 @@ from cgdb.embed import text_encoder
 from cgdb.errors import CgdbError, ExecuteError
 from cgdb.export_planner import planner
 from cgdb.judged import JudgedQuery
-from cgdb.llm import Model, ModelError, Usage
-from cgdb.llm_json import ask_json
-from cgdb.prompts import reranking_schema, whole_map
-from cgdb.rerank import judgement
+from cgdb.model.llm import Model, ModelError, Usage
+from cgdb.model.llm_json import ask_json
+from cgdb.model.prompts import reranking_schema, whole_map
+from cgdb.model.rerank import judgement
 
 if TYPE_CHECKING:
     from cgdb.asked import Answer

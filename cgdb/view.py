@@ -11,20 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import background, columns, neighbours
-from cgdb.artefacts import Artefact, Artefacts
+from cgdb import background
 from cgdb.bindings import Positions
-from cgdb.catalog import BUILT_IN, Catalog
-from cgdb.columns import Columns
 from cgdb.degrees import Degrees
 from cgdb.errors import BindError, CorruptionError, did_you_mean
-from cgdb.graph import GraphIndex, property_column
-from cgdb.ledger import Ledger, NodeRow, SceneInfo
-from cgdb.neighbours import Relations
+from cgdb.index import columns, neighbours
+from cgdb.index.artefacts import Artefact, Artefacts
+from cgdb.index.catalog import BUILT_IN, Catalog
+from cgdb.index.columns import Columns
+from cgdb.index.graph import GraphIndex, property_column
+from cgdb.index.neighbours import Relations
+from cgdb.index.vectors import VectorIndex
 from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
+from cgdb.storage.ledger import Ledger, NodeRow, SceneInfo
 from cgdb.texts import FORMAT, TextIndex
-from cgdb.vectors import VectorIndex
 
 CATCH_UP_FROM, CATCH_UP_SHARE, CATCH_UPS = 20_000, 0.1, 3
 """The graph index of a scene of so many nodes follows a change of up to that share of them, so many times in a row:

@@ -15,7 +15,7 @@ from cgdb.errors import UsageError
 
 if TYPE_CHECKING:
     from cgdb.asked import Answer
-    from cgdb.llm import Model
+    from cgdb.model.llm import Model
 
 
 def ask(options: Namespace) -> int:
@@ -49,12 +49,12 @@ def chosen(options: Namespace) -> Model | bool:
             raise UsageError("--no-model leaves nothing to record or replay")
         return False
     if options.replay:
-        from cgdb.recording import replaying
+        from cgdb.model.recording import replaying
 
         return replaying(Path(options.replay))
     if options.record:
-        from cgdb.llm_settings import settings
-        from cgdb.recording import recording
+        from cgdb.model.llm_settings import settings
+        from cgdb.model.recording import recording
 
         found = settings()
         if found is None:

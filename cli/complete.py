@@ -158,7 +158,7 @@ def _texts(partial: str, start: int, cursor: int, text: str, known: Known) -> li
 
 def _properties(want: Expected, known: Known) -> list[Choice]:
     # Brings numpy, which the prompt must not wait for.
-    from cgdb.catalog import BUILT_IN, EDGE_PROPERTIES
+    from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES
 
     label = want.variables.get(want.owner) if want.owner else None
     own = {name: kind for name, kind in known.properties().items() if name not in BUILT_IN}

@@ -12,8 +12,8 @@ from cgdb.cli import ask, render
 from cgdb.errors import CgdbError
 
 if TYPE_CHECKING:
-    from cgdb.enrich import Enrichment, Estimate
-    from cgdb.llm import Model
+    from cgdb.model.enrich import Enrichment, Estimate
+    from cgdb.model.llm import Model
 
 
 def enrich(options: Namespace) -> int:
@@ -31,7 +31,7 @@ def enrich(options: Namespace) -> int:
 
 
 def _model(options: Namespace) -> Model | None:
-    from cgdb.rerank import configured
+    from cgdb.model.rerank import configured
 
     found = ask.chosen(options)
     if isinstance(found, bool):

@@ -17,7 +17,7 @@ from cgdb.errors import UsageError, did_you_mean, one_of
 from cgdb.judged import JudgedQuery, chosen, judgements
 
 if TYPE_CHECKING:
-    from cgdb.llm import Model
+    from cgdb.model.llm import Model
     from cgdb.retrieval import Outcome, Scores, Share
 
 
@@ -100,7 +100,7 @@ def _one_map(
 
 
 def _model(options: Namespace, needed: bool) -> Model | None:
-    from cgdb.rerank import configured
+    from cgdb.model.rerank import configured
 
     if not needed:
         return None

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from cgdb.catalog import merge
 from cgdb.cli import render, tables
 from cgdb.cli.commands import words
 from cgdb.cli.session import Use, quoted
 from cgdb.cli.tables import grid
 from cgdb.cli.vocabulary import written_id
 from cgdb.errors import UsageError, did_you_mean, one_of
+from cgdb.index.catalog import merge
 from cgdb.scene import canonical_id
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from cgdb.catalog import Catalog
     from cgdb.database import Database
+    from cgdb.index.catalog import Catalog
     from cgdb.view import SceneView
 
 T = TypeVar("T")
@@ -60,7 +60,7 @@ class Vocabulary:
         return {"Object": 0, **self._catalog().labels}
 
     def relations(self) -> Mapping[str, int]:
-        from cgdb.catalog import STANDARD_RELATIONS
+        from cgdb.index.catalog import STANDARD_RELATIONS
 
         catalog = self._catalog()
         counts = {label: catalog.relation_count(label) for label in catalog.relations}
@@ -71,7 +71,7 @@ class Vocabulary:
         return self._catalog().properties
 
     def values(self, name: str) -> Sequence[str]:
-        from cgdb.catalog import BUILT_IN
+        from cgdb.index.catalog import BUILT_IN
 
         kind = BUILT_IN.get(name) or self.properties().get(name)
         if kind not in ("text", "list", "mixed"):
@@ -101,7 +101,7 @@ class Vocabulary:
 
     def _catalog(self) -> Catalog:
         # Brings numpy, which the prompt must not wait for.
-        from cgdb.catalog import Catalog, merge
+        from cgdb.index.catalog import Catalog, merge
 
         if not self._views:
             return Catalog()

@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cgdb.artefacts import Artefacts
 from cgdb.errors import StoreError
-from cgdb.graph import GraphIndex
-from cgdb.rows import NodeRow
-from cgdb.vectors import VectorIndex
+from cgdb.index.artefacts import Artefacts
+from cgdb.index.graph import GraphIndex
+from cgdb.index.vectors import VectorIndex
+from cgdb.storage.rows import NodeRow
 
 PRELUDE = """
 import os, sys, time
 from pathlib import Path
-from cgdb.artefacts import Artefacts
+from cgdb.index.artefacts import Artefacts
 def build(path):
     path.write_bytes(b"x" * 3_000_000)
     return {"by": os.getpid()}

@@ -15,11 +15,11 @@ import pytest
 from cgdb.asked import Answer
 from cgdb.database import Database
 from cgdb.errors import ExecuteError, UsageError
-from cgdb.llm import Model, connect
-from cgdb.llm_settings import Settings
-from cgdb.model_translate import short_grammar
-from cgdb.query_json import to_json
-from cgdb.recording import recording, replaying
+from cgdb.model.llm import Model, connect
+from cgdb.model.llm_settings import Settings
+from cgdb.model.model_translate import short_grammar
+from cgdb.model.query_json import to_json
+from cgdb.model.recording import recording, replaying
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject
 from cgdb.testing import store
 

@@ -13,10 +13,10 @@ import pytest
 
 import cgdb
 from cgdb.cli.app import main
-from cgdb.enrich import FILE, Enrichment, checked
 from cgdb.errors import StoreError, UsageError
-from cgdb.llm import Model, ModelError, connect
-from cgdb.llm_settings import Settings
+from cgdb.model.enrich import FILE, Enrichment, checked
+from cgdb.model.llm import Model, ModelError, connect
+from cgdb.model.llm_settings import Settings
 from cgdb.scene import FeatureSpace, Relation, SceneGraph, SceneObject
 from cgdb.testing import store
 

@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 
 from cgdb.errors import CgdbError, CorruptionError, StoreBusyError, StoreError
-from cgdb.ledger import Ledger
 from cgdb.scene import FeatureSpace, Place, Relation, SceneObject
+from cgdb.storage.ledger import Ledger
 
 CLIP = FeatureSpace(name="clip", dimension=16)
 SIZE = 400  # objects: a revision takes some milliseconds, so that a random instant falls anywhere in one
@@ -28,7 +28,7 @@ PROLOGUE = """
 import os, signal, sys, numpy as np
 from pathlib import Path
 from cgdb.errors import CgdbError
-from cgdb.ledger import Ledger
+from cgdb.storage.ledger import Ledger
 from cgdb.scene import FeatureSpace, Relation, SceneObject
 PATH, SIZE = Path(sys.argv[1]), int(sys.argv[2])
 CLIP = FeatureSpace(name="clip", dimension=16)

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cgdb.engine import engine
 from cgdb.errors import CgdbError, ExecuteError, LimitError, QueryCancelled, StoreError, UsageError
-from cgdb.graph import GraphIndex, property_column
-from cgdb.rows import NodeRow, RelationRow
+from cgdb.index.engine import engine
+from cgdb.index.graph import GraphIndex, property_column
+from cgdb.storage.rows import NodeRow, RelationRow
 
 COLUMNS = {"colour": "STRING", "uses": "STRING[]", "heavy": "BOOL", "Mass (kg)": "DOUBLE"}
 ALL_NODES = (

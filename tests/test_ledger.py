@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cgdb.errors import CgdbError, SceneError, StoreBusyError, StoreError, VersionError
-from cgdb.ledger import Ledger, SceneInfo
 from cgdb.scene import FeatureSpace, Place, Relation, SceneGraph, SceneObject
+from cgdb.storage.ledger import Ledger, SceneInfo
 
 CLIP = FeatureSpace(name="clip", dimension=4, encoder="open_clip:tiny")
 
@@ -235,7 +235,7 @@ def test_as_of(ledger: Ledger) -> None:
 
 def test_times_grow_even_when_the_clock_is_set_back(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
     add(ledger, [thing(1)])
-    monkeypatch.setattr("cgdb.history.time.time_ns", lambda: 10**18)
+    monkeypatch.setattr("cgdb.storage.history.time.time_ns", lambda: 10**18)
     add(ledger, [thing(2)], how="merge")
     first, second = ledger.revisions()
     assert second.time > first.time
@@ -486,7 +486,7 @@ def test_a_reader_keeps_its_revision_while_a_writer_goes_on(ledger: Ledger) -> N
 
 def test_importing_the_ledger_loads_nothing_heavy() -> None:
     code = (
-        "import sys, cgdb.ledger\n"
+        "import sys, cgdb.storage.ledger\n"
         "heavy = {'torch', 'faiss', 'kuzu', 'ladybug', 'networkx', 'pandas', 'pyarrow', 'rich', 'lark'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 from cgdb.errors import MissingExtraError, UsageError
-from cgdb.llm import Model, ModelError, Unreachable, connect
-from cgdb.llm_json import ask_json
-from cgdb.llm_settings import Settings, settings
-from cgdb.recording import recording, replaying
+from cgdb.model.llm import Model, ModelError, Unreachable, connect
+from cgdb.model.llm_json import ask_json
+from cgdb.model.llm_settings import Settings, settings
+from cgdb.model.recording import recording, replaying
 
 
 def _server() -> Any:

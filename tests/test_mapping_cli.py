@@ -63,7 +63,7 @@ def test_a_recording_becomes_a_scene(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert scene.provenance["frames"] == 8 and scene.provenance["parameters"]["voxel"] == 0.025
         assert all(obj.points is not None for obj in scene.objects)
         result = db.query("MATCH (a)-[:on]->(b) WHERE a.tag = 'vase' RETURN b.tag")
-        assert [row[0] for row in result] == ['table']
+        assert [row[0] for row in result] == ["table"]
 
 
 def test_without_detections_geometry_is_used_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

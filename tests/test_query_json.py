@@ -14,7 +14,7 @@ from cgdb.errors import ParseError
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
 from cgdb.grammar.printer import to_text
-from cgdb.query_json import from_json, schema, to_json
+from cgdb.model.query_json import from_json, schema, to_json
 
 
 def _strategies():  # type: ignore[no-untyped-def]

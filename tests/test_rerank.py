@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cgdb.llm import ModelError
-from cgdb.rerank import candidate, judged, judgement, keys_of
+from cgdb.model.llm import ModelError
+from cgdb.model.rerank import candidate, judged, judgement, keys_of
 from cgdb.result import Reason, Row, StoredNode
 
 KNOWN = ["1", "2", "cup-3"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cgdb.text_vectors import TextVectors
+from cgdb.storage.text_vectors import TextVectors
 
 
 def vectors(n: int, d: int = 8) -> np.ndarray:
@@ -102,8 +102,8 @@ def test_read_only(tmp_path: Path) -> None:
 
 
 def test_encoding_does_not_wait_for_an_import(tmp_path: Path) -> None:
-    from cgdb.ledger import Ledger
     from cgdb.scene import SceneObject
+    from cgdb.storage.ledger import Ledger
 
     with Ledger.open(tmp_path / "s.cgdb", create=True) as ledger, ledger.write("lab") as writer:
         writer.objects([SceneObject(id=1)])

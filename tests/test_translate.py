@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cgdb.binder import bind
-from cgdb.catalog import Catalog
+from cgdb.english.translate import Translation, translate
 from cgdb.errors import UsageError
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
-from cgdb.translate import Translation, translate
+from cgdb.index.catalog import Catalog
 
 GOLDEN = Path(__file__).parent / "golden" / "translate_questions.txt"
 OBJECTS = {("Object", "Object"): 9}

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import cgdb
+from cgdb.english.translate import translate
 from cgdb.ingest import load
 from cgdb.result import StoredNode
-from cgdb.translate import translate
 
 FLOORS = {
     "maps/conceptgraphs/room0_planner.json": {"descriptive": 0.75, "affordance": 0.75, "negation": 0.6},

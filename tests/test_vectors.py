@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError, ExecuteError, StoreError
-from cgdb.vectors import VectorIndex
+from cgdb.index.vectors import VectorIndex
 
 
 def built(
@@ -139,7 +139,7 @@ def test_a_mapped_file_answers_as_one_that_was_read(
 ) -> None:
     matrix = rng.standard_normal((900, 16), dtype=np.float32)
     read = built(tmp_path / "v", matrix)
-    monkeypatch.setattr("cgdb.vectors.MAPPED_ABOVE", 0)
+    monkeypatch.setattr("cgdb.index.vectors.MAPPED_ABOVE", 0)
     mapped = built(tmp_path / "w", matrix)
     assert read.search(matrix[5], 9)[0].tolist() == mapped.search(matrix[5], 9)[0].tolist()
 
@@ -148,7 +148,7 @@ def test_a_small_space_needs_no_faiss(tmp_path: Path) -> None:
     code = """
 import sys, numpy as np
 from pathlib import Path
-from cgdb.vectors import VectorIndex
+from cgdb.index.vectors import VectorIndex
 meta = VectorIndex.build(Path(sys.argv[1]), 4, iter([(np.arange(4), np.eye(4, dtype=np.float32))]))
 assert VectorIndex.open(Path(sys.argv[1]), meta).search(np.eye(4, dtype=np.float32)[2], 1)[0].tolist() == [2]
 assert "faiss" not in sys.modules and "kuzu" not in sys.modules

@@ -1,0 +1,132 @@
+"""How a clause of a question begins and ends: "how many ... are there", "where can I ...", "please find me ..."."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cgdb.english import cues
+from cgdb.english.intent import Form
+from cgdb.english.phrases import Word, listed
+
+MARKS = frozenset('.,;:?!()/"')
+
+_BARE_USES = listed("use take do need try get grab have go now then instead wear")
+_MEALS = listed("breakfast lunch dinner supper dessert brunch snack")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opening:
+    """How a clause begins. at: its first word behind that. prefix: what stands for it in the text ("something to").
+
+    use: it is asked what something serves for; bare: without saying for what ("what can I use?"); wish: somebody wants
+    to do something, which may be the question or only its reason.
+    """
+
+    at: int = 0
+    form: Form = "find"
+    prefix: str = ""
+    bare: bool = False
+    wish: bool = False
+
+    @property
+    def use(self) -> bool:
+        """Whether what is looked for is named by its use."""
+        return bool(self.prefix)
+
+
+def opening(found: Sequence[Word], start: int = 0) -> Opening:
+    """Read the beginning of a clause, from word ``start``."""
+    at, form, prefix, wish = start, "find", "", False
+    while at < len(found):
+        if found[at].form in MARKS:
+            at += 1
+            continue
+        hit = cues.frames().at(found, at)
+        if hit is None or _cue_is_longer(found, at, hit[0]):
+            break
+        length, frame = hit
+        following = found[at + length].form if at + length < len(found) else None
+        if frame == "lead":
+            # "Is" opens a question only where it is its first word.
+            if (found[at].form in ("is", "are") and at > start) or (following is None and length == 1):
+                break
+        elif frame == "do":
+            if prefix or following is None or following in ("not", "a", "an", "the"):
+                break
+            object_of = found[at + length + 1].form if at + length + 1 < len(found) else ""
+            if following in cues.SEEKING and object_of not in ("better", "clearly", "in"):
+                length += 1  # "I want to find my keys": the wish says nothing
+            else:
+                prefix, wish = "something to", True
+        elif frame in ("somewhere", "use", "can"):
+            if prefix or (frame == "can" and following in (None, "be", "not", "i", "we", "you")):
+                break
+            last = found[at + length - 1].form
+            prefix = "somewhere to" if frame == "somewhere" else "something for" if last == "for" else "something to"
+        elif prefix:
+            break
+        else:
+            form = frame
+        at += length
+    left = [word.form for word in found[at:] if word.form not in MARKS]
+    if prefix and left[:1] == ["have"] and _MEALS & set(left):
+        prefix, at = "something to eat", at + 1  # "what can I have for dinner"
+    bare = bool(prefix) and all(word in _BARE_USES for word in left)
+    return Opening(at=at, form=form, prefix=prefix, bare=bare, wish=wish)  # type: ignore[arg-type]
+
+
+def begins_question(found: Sequence[Word], i: int) -> bool:
+    """Whether a new question begins at word i, behind a comma: "I spilled it, what can I use?"."""
+    while i < len(found) and found[i].form in ("so", "and", "but", ",", "then", "please"):
+        i += 1
+    hit = cues.frames().at(found, i)
+    if hit is None:
+        return False
+    return hit[1] not in ("lead", "exists") or found[i].form in cues.ASKING
+
+
+def _cue_is_longer(found: Sequence[Word], at: int, length: int) -> bool:
+    """Whether what follows decides, and not the beginning: "it is not", "which is larger than"."""
+    denied, compared = cues.negations().at(found, at), cues.comparatives().at(found, at)
+    return (denied is not None and bool(denied[1]) and denied[0] > length) or (
+        compared is not None and compared[0] > length
+    )
+
+
+def ending(found: Sequence[Word], at: int) -> int:
+    """Where a clause ends without what says nothing: "are there", "please", "in this room"."""
+    end, again = len(found), True
+    while again:
+        again = False
+        while end > at and found[end - 1].form in MARKS:
+            end -= 1
+        for begin in range(max(at, end - 5), end):
+            hit = cues.tails().at(found, begin)
+            if hit is not None and begin + hit[0] == end and begin > at:
+                end, again = begin, True
+                break
+    return end
+
+
+def state_at_end(found: Sequence[Word], at: int) -> tuple[int, str] | None:
+    """(where the clause ends without it, state) of "which doors are open", "the lights that are switched on"."""
+    end = len(found)
+    if end - at < 2 or found[end - 1].form not in cues.STATES:
+        return None
+    begin = end - 1
+    while begin > at and found[begin - 1].form in cues.STATE_FILLERS:
+        begin -= 1
+    told = [word.form for word in found[begin:end]]
+    said = begin - 1 > at and found[begin - 1].form in ("is", "are")
+    asked = at > 0 and found[at - 1].form in ("is", "are") and begin == end - 1
+    if not said and not asked and not {"turned", "switched"} & set(told):
+        return None
+    state = cues.STATES[told[-1]]
+    if "not" in told:
+        state = cues.OPPOSITE[state]
+    if said:
+        begin -= 1
+        if begin - 1 > at and found[begin - 1].form in ("that", "which"):
+            begin -= 1
+    return begin, state

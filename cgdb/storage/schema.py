@@ -1,0 +1,135 @@
+"""The tables of the ledger. All are keyed by scene, so that a distributed PostgreSQL could spread them.
+
+Rows of nodes, relations, features and clouds are temporal: a row is live at revision r when
+``rev_from <= r and (rev_to is null or rev_to > r)``. A change closes a row and inserts its successor.
+``seal`` is the row's digest mixed with its two revisions, see ``cgdb.storage.rows``.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, LargeBinary, MetaData, Table, Text
+from sqlalchemy.sql.elements import ColumnElement
+
+FORMAT = 1
+"""The version of these tables. A store with a larger one was written by a newer cgdb."""
+
+metadata = MetaData()
+
+# BigInteger alone would not become SQLite's rowid, which is what makes appending cheap.
+_RowId = BigInteger().with_variant(Integer(), "sqlite")
+
+meta = Table("meta", metadata, Column("name", Text, primary_key=True), Column("value", Text, nullable=False))
+
+revisions = Table(
+    "revisions",
+    metadata,
+    Column("id", _RowId, primary_key=True, autoincrement=False),
+    Column("time", BigInteger, nullable=False, comment="microseconds since 1970, UTC, strictly growing"),
+    Column("kind", Text, nullable=False),
+    Column("scene_id", BigInteger, nullable=False),
+    Column("scene", Text, nullable=False),
+    Column("message", Text, nullable=False),
+    Column("added", BigInteger, nullable=False),
+    Column("changed", BigInteger, nullable=False),
+    Column("removed", BigInteger, nullable=False),
+    Column("relations_added", BigInteger, nullable=False),
+    Column("relations_removed", BigInteger, nullable=False),
+    Column("seal", BigInteger, nullable=False, comment="covers the row and the seal of the revision before"),
+)
+Index("revisions_time", revisions.c.time)
+Index("revisions_scene", revisions.c.scene_id, revisions.c.id)
+
+scenes = Table(
+    "scenes",
+    metadata,
+    Column("id", _RowId, primary_key=True, autoincrement=False),
+    Column("name", Text, nullable=False, unique=True),
+    Column("seal", BigInteger, nullable=False),
+)
+
+scene_versions = Table(
+    "scene_versions",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("revision", BigInteger, primary_key=True, autoincrement=False),
+    Column("removed", Boolean, nullable=False),
+    Column("n_objects", BigInteger, nullable=False),
+    Column("n_places", BigInteger, nullable=False),
+    Column("n_relations", BigInteger, nullable=False),
+    Column("next_key", BigInteger, nullable=False),
+    Column("frame", Text, nullable=False),
+    Column("up", Text, nullable=False),
+    Column("spaces", Text, nullable=False, comment="JSON: [[name, dimension, encoder], ...]"),
+    Column("provenance", Text, nullable=False, comment="JSON object"),
+    Column("totals", Text, nullable=False, comment="JSON: {part: [live rows, sum of their digests mod 2**63]}"),
+    Column("seal", BigInteger, nullable=False),
+)
+
+nodes = Table(
+    "nodes",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("key", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_to", BigInteger),
+    Column("seal", BigInteger, nullable=False),
+    Column("id", Text, nullable=False),
+    Column("label", Text, nullable=False),
+    Column("tag", Text),
+    Column("tags", Text, comment="JSON array, null when empty"),
+    Column("caption", Text),
+    Column("box", LargeBinary, comment="float64: center 3, extent 3, rotation 9; see cgdb.storage.rows"),
+    Column("n_observations", BigInteger),
+    Column("confidence", Float),
+    Column("properties", Text, comment="JSON object, null when empty"),
+    # Kept in the order of the key: one tree less to write, and reading a scene is one pass.
+    sqlite_with_rowid=False,
+)
+Index("nodes_id", nodes.c.scene_id, nodes.c.id)
+
+relations = Table(
+    "relations",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("source", BigInteger, primary_key=True, autoincrement=False),
+    Column("target", BigInteger, primary_key=True, autoincrement=False),
+    Column("label", Text, primary_key=True),
+    Column("origin", Text, primary_key=True),
+    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_to", BigInteger),
+    Column("seal", BigInteger, nullable=False),
+    Column("confidence", Float, nullable=False),
+    Column("explanation", Text),
+    sqlite_with_rowid=False,
+)
+Index("relations_target", relations.c.scene_id, relations.c.target)
+
+features = Table(
+    "features",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("space", Text, primary_key=True),
+    Column("key", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_to", BigInteger),
+    Column("seal", BigInteger, nullable=False),
+    Column("vector", LargeBinary, nullable=False, comment="float32, little-endian"),
+)
+
+clouds = Table(
+    "clouds",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("key", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_to", BigInteger),
+    Column("seal", BigInteger, nullable=False),
+    Column("n_points", BigInteger, nullable=False),
+    Column("colored", Boolean, nullable=False),
+    Column("data", LargeBinary, nullable=False, comment="points float32 (n, 3), then colors uint8 (n, 3)"),
+)
+
+
+def live(table: Table, revision: int) -> ColumnElement[bool]:
+    """The condition under which a temporal row belongs to a revision."""
+    return (table.c.rev_from <= revision) & (table.c.rev_to.is_(None) | (table.c.rev_to > revision))
