@@ -22,9 +22,9 @@ from benchmarks import report, world
 from cgdb import query as flow
 from cgdb.binder import BoundQuery
 from cgdb.database import Database
-from cgdb.embed import Encoder, text_encoder
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
+from cgdb.meaning.embed import Encoder, text_encoder
 from cgdb.planner import Plan, Seed, plan
 
 COMBINED = (

@@ -20,13 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cgdb.embed import Encoder, text_encoder
+from cgdb.meaning.embed import Encoder, text_encoder
 
 GOLDEN = Path(__file__).parent.parent / "tests" / "golden" / "minilm_vectors.json"
 FIRST_ANSWER = """
 import time
 start = time.perf_counter()
-from cgdb.embed import text_encoder
+from cgdb.meaning.embed import text_encoder
 text_encoder().texts(["something to sit on"])
 print(time.perf_counter() - start)
 """

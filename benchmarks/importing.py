@@ -25,7 +25,7 @@ import numpy as np
 
 import cgdb
 from benchmarks import report, world
-from cgdb.embed import text_encoder
+from cgdb.meaning.embed import text_encoder
 
 T = TypeVar("T")
 

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import background
-from cgdb.embed import Encoder, text_encoder
 from cgdb.ingest import load
-from cgdb.scoring import Calibration, Meaning, Scorer
-from cgdb.texts import TextIndex
+from cgdb.meaning import background
+from cgdb.meaning.embed import Encoder, text_encoder
+from cgdb.meaning.scoring import Calibration, Meaning, Scorer
+from cgdb.meaning.texts import TextIndex
 
 Floats = NDArray[np.float32]
 ROOT = Path(__file__).parent.parent

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmarks import report, world
-from cgdb.embed import TEXT_MODEL, text_encoder
+from cgdb.meaning.embed import TEXT_MODEL, text_encoder
 
 ANSWER = """
 import json, sys, time

@@ -32,8 +32,8 @@ import cgdb
 from benchmarks.judged import QUERIES, Asker, Bench, Floats, Outcome, Query, fits_cell, nothing_cell, outcome, recall
 from benchmarks.report import table
 from cgdb.ingest import load
+from cgdb.meaning.scoring import Calibration
 from cgdb.result import StoredNode
-from cgdb.scoring import Calibration
 
 KINDS = ("descriptive", "affordance", "negation")
 BASELINE = "caption cosine (baseline)"

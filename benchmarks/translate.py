@@ -27,9 +27,9 @@ import numpy as np
 import cgdb
 from benchmarks.report import folder_of_stores, table
 from cgdb.database import Database
-from cgdb.embed import text_encoder
 from cgdb.english.translate import translate
 from cgdb.ingest import load
+from cgdb.meaning.embed import text_encoder
 from cgdb.scene import ObjectId, SceneGraph
 
 KINDS = ("descriptive", "affordance", "negation")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import cgdb
 from cgdb.database import Database
-from cgdb.embed import Encoder
+from cgdb.meaning.embed import Encoder
 
 DIMENSION = 512
 SPACE = "pictures"

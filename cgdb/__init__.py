@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cgdb.database import open as open
     from cgdb.errors import CgdbError as CgdbError
     from cgdb.limits import Limits as Limits
+    from cgdb.meaning.vocabulary import Vocabulary as Vocabulary
     from cgdb.result import Path as Path
     from cgdb.result import Reason as Reason
     from cgdb.result import Result as Result
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from cgdb.scene import Relation as Relation
     from cgdb.scene import SceneGraph as SceneGraph
     from cgdb.scene import SceneObject as SceneObject
-    from cgdb.vocabulary import Vocabulary as Vocabulary
 
 __version__ = "0.1.0"
 
@@ -50,7 +50,7 @@ _HOMES = {
     "Relation": "cgdb.scene",
     "SceneGraph": "cgdb.scene",
     "SceneObject": "cgdb.scene",
-    "Vocabulary": "cgdb.vocabulary",
+    "Vocabulary": "cgdb.meaning.vocabulary",
 }
 __all__ = [*_HOMES, "__version__"]
 

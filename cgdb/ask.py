@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from cgdb.asked import Answer, first_node
 from cgdb.binder import Vector
-from cgdb.embed import Encoder
 from cgdb.errors import (
     BindError,
     CgdbError,
@@ -31,6 +30,7 @@ from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import Catalog, merge
 from cgdb.limits import Limits
+from cgdb.meaning.embed import Encoder
 from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
 from cgdb.model.pictures import checked, data_url, tower

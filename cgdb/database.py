@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
-from cgdb import background
 from cgdb.binder import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.bindings import Positions
-from cgdb.degrees import Degrees
-from cgdb.embed import TEXT_MODEL, Encoder
-from cgdb.encoders import Encoders
 from cgdb.errors import BindError, CgdbError, StoreError, one_of
 from cgdb.index.artefacts import Artefacts
 from cgdb.limits import Budget, Limits
+from cgdb.meaning import background
+from cgdb.meaning.degrees import Degrees
+from cgdb.meaning.embed import TEXT_MODEL, Encoder
+from cgdb.meaning.encoders import Encoders
 from cgdb.query import run
 from cgdb.result import Result, StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, canonical_id

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.embed import text_encoder
 from cgdb.errors import CgdbError, ExecuteError
 from cgdb.export_planner import planner
 from cgdb.judged import JudgedQuery
+from cgdb.meaning.embed import text_encoder
 from cgdb.model.llm import Model, ModelError, Usage
 from cgdb.model.llm_json import ask_json
 from cgdb.model.prompts import reranking_schema, whole_map

@@ -18,7 +18,7 @@ import cgdb
 from cgdb.binder import LikeMeaning, Meaning, TextMeaning
 from cgdb.bindings import EdgeColumn, Positions
 from cgdb.database import Database
-from cgdb.degrees import Degrees
+from cgdb.meaning.degrees import Degrees
 from cgdb.scene import ObjectId, SceneGraph
 from cgdb.view import SceneView
 

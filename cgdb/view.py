@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import background
 from cgdb.bindings import Positions
-from cgdb.degrees import Degrees
 from cgdb.errors import BindError, CorruptionError, did_you_mean
 from cgdb.index import columns, neighbours
 from cgdb.index.artefacts import Artefact, Artefacts
@@ -22,10 +20,12 @@ from cgdb.index.columns import Columns
 from cgdb.index.graph import GraphIndex, property_column
 from cgdb.index.neighbours import Relations
 from cgdb.index.vectors import VectorIndex
+from cgdb.meaning import background
+from cgdb.meaning.degrees import Degrees
+from cgdb.meaning.texts import FORMAT, TextIndex
 from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
 from cgdb.storage.ledger import Ledger, NodeRow, SceneInfo
-from cgdb.texts import FORMAT, TextIndex
 
 CATCH_UP_FROM, CATCH_UP_SHARE, CATCH_UPS = 20_000, 0.1, 3
 """The graph index of a scene of so many nodes follows a change of up to that share of them, so many times in a row:

@@ -63,7 +63,7 @@ def _one_map(
     options: Namespace,
 ) -> None:
     from cgdb import ingest
-    from cgdb.embed import TEXT_MODEL
+    from cgdb.meaning.embed import TEXT_MODEL
     from cgdb.retrieval import asked
 
     with (

@@ -23,7 +23,7 @@ def parameters(given: Sequence[str]) -> dict[str, Any]:
 
 def encoders(given: Sequence[str]) -> dict[str, Any]:
     """{feature space: its encoder} of ``SPACE=ENCODER`` words."""
-    from cgdb.embed import space_encoder
+    from cgdb.meaning.embed import space_encoder
 
     found: dict[str, Any] = {}
     for word in given:

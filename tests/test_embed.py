@@ -8,8 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from cgdb.embed import ENCODERS, space_encoder
 from cgdb.errors import EncoderError, MissingExtraError
+from cgdb.meaning.embed import ENCODERS, space_encoder
 
 
 def test_an_unknown_scheme_is_one_clear_line_with_the_nearest_name() -> None:
@@ -54,7 +54,9 @@ def test_a_missing_package_is_named_with_the_pip_line(monkeypatch: pytest.Monkey
 
 
 def test_the_seam_imports_no_encoder() -> None:
-    heavy = "torch open_clip tokenizers safetensors huggingface_hub PIL cgdb.minilm cgdb.clip cgdb.vocabulary"
-    code = f"import sys, cgdb.embed; print([m for m in '{heavy}'.split() if m in sys.modules])"
+    heavy = "torch open_clip tokenizers huggingface_hub PIL " + " ".join(
+        f"cgdb.meaning.{name}" for name in ("minilm", "clip", "vocabulary")
+    )
+    code = f"import sys, cgdb.meaning.embed; print([m for m in '{heavy}'.split() if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert run.stdout.strip() == "[]"

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cgdb.embed import PictureEncoder, space_encoder
 from cgdb.errors import EncoderError
+from cgdb.meaning.embed import PictureEncoder, space_encoder
 
 # What torch, timm and their like warn of when they are imported is theirs.
 pytestmark = pytest.mark.filterwarnings("ignore")

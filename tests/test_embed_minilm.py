@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-import cgdb.minilm
-import cgdb.modelfile
-from cgdb.embed import text_encoder
+import cgdb.meaning.minilm
+import cgdb.meaning.modelfile
 from cgdb.errors import EncoderError, MissingExtraError
-from cgdb.minilm import MiniLM, double_gelu
+from cgdb.meaning.embed import text_encoder
+from cgdb.meaning.minilm import MiniLM, double_gelu
 
 pytest.importorskip("tokenizers", reason="the package tokenizers is not installed")
 
@@ -157,7 +157,7 @@ def test_the_model_of_the_registry_has_the_stable_name(model: MiniLM) -> None:
 def test_no_framework_is_loaded_and_a_fork_is_quiet(model: MiniLM) -> None:
     code = """
 import os, sys
-from cgdb.embed import text_encoder
+from cgdb.meaning.embed import text_encoder
 encoder = text_encoder()
 encoder.texts(["a cup"] + [f"cup {n}" for n in range(200)])
 print([m for m in ("torch", "transformers", "sentence_transformers", "onnxruntime") if m in sys.modules], flush=True)
@@ -219,8 +219,8 @@ def test_encoding_in_slices_changes_nothing(tiny: Path, monkeypatch: pytest.Monk
     encoder = load_tiny(tiny, monkeypatch)
     texts = [" ".join(["red", "cup", "table"][: 1 + n % 3]) + f" {'s' * (n % 5)}" * (n % 4) for n in range(60)]
     whole = encoder.texts(texts)
-    monkeypatch.setattr(cgdb.minilm, "TEXTS_AT_ONCE", 7)
-    monkeypatch.setattr(cgdb.minilm, "TOKENS_AT_ONCE", 16)
+    monkeypatch.setattr(cgdb.meaning.minilm, "TEXTS_AT_ONCE", 7)
+    monkeypatch.setattr(cgdb.meaning.minilm, "TOKENS_AT_ONCE", 16)
     np.testing.assert_allclose(encoder.texts(texts), whole, atol=1e-6, rtol=0)
 
 
@@ -238,7 +238,7 @@ def test_other_weights_are_refused_unless_asked_for_and_go_by_another_name(
 
 
 def test_another_tokenizer_is_refused(model: MiniLM, tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    official = cgdb.modelfile.locate_text_model("")
+    official = cgdb.meaning.modelfile.locate_text_model("")
     mixed = tiny.parent / "mixed"
     shutil.copytree(official, mixed, copy_function=os.symlink)
     (mixed / "tokenizer.json").unlink()
@@ -254,30 +254,30 @@ def test_the_sum_is_computed_once_and_again_when_the_file_changes(
     file = tmp_path / "weights"
     file.write_bytes(b"one")
     computed: list[str] = []
-    digest = cgdb.modelfile.hashlib.file_digest
+    digest = cgdb.meaning.modelfile.hashlib.file_digest
 
     def counted(*args: Any) -> Any:
         computed.append("once")
         return digest(*args)
 
-    monkeypatch.setattr(cgdb.modelfile.hashlib, "file_digest", counted)
-    first = cgdb.modelfile.sha256_of(file)
-    assert cgdb.modelfile.sha256_of(file) == first
+    monkeypatch.setattr(cgdb.meaning.modelfile.hashlib, "file_digest", counted)
+    first = cgdb.meaning.modelfile.sha256_of(file)
+    assert cgdb.meaning.modelfile.sha256_of(file) == first
     assert len(computed) == 1
     stat = file.stat()
     file.write_bytes(b"two")
     os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1))
-    assert cgdb.modelfile.sha256_of(file) != first
+    assert cgdb.meaning.modelfile.sha256_of(file) != first
     for spoiled in ("", "[]", '{"x": 1}', "\x00"):
         (own_cache / "cgdb" / "sha256.json").write_text(spoiled)
-        assert cgdb.modelfile.sha256_of(file) != first
+        assert cgdb.meaning.modelfile.sha256_of(file) != first
     assert len(computed) == 6
 
 
 def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert cgdb.modelfile.sha256_of(tmp_path / "file") == hashlib.sha256(b"in the way").hexdigest()
+    assert cgdb.meaning.modelfile.sha256_of(tmp_path / "file") == hashlib.sha256(b"in the way").hexdigest()
 
 
 def _truncate(folder: Path) -> None:
@@ -321,7 +321,7 @@ def test_a_damaged_model_is_one_clear_line(how: str, tiny: Path, monkeypatch: py
 
 def test_no_model_at_all_is_said_with_the_pip_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CGDB_TEXT_MODEL", raising=False)
-    monkeypatch.setattr(cgdb.modelfile, "_PACKAGE", "no_such_package")
+    monkeypatch.setattr(cgdb.meaning.modelfile, "_PACKAGE", "no_such_package")
     monkeypatch.setitem(sys.modules, "huggingface_hub", hub(lambda *a, **k: 1 / 0))
     with pytest.raises(MissingExtraError, match="division by zero") as caught:
         text_encoder()
@@ -330,7 +330,7 @@ def test_no_model_at_all_is_said_with_the_pip_line(monkeypatch: pytest.MonkeyPat
 
 def test_the_hub_is_asked_last_and_its_cache_before_its_network(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CGDB_TEXT_MODEL", raising=False)
-    monkeypatch.setattr(cgdb.modelfile, "_PACKAGE", "no_such_package")
+    monkeypatch.setattr(cgdb.meaning.modelfile, "_PACKAGE", "no_such_package")
     asked: list[bool] = []
 
     def snapshot(repository: str, *, allow_patterns: list[str], local_files_only: bool) -> str:
@@ -341,7 +341,7 @@ def test_the_hub_is_asked_last_and_its_cache_before_its_network(tiny: Path, monk
         return str(tiny)
 
     monkeypatch.setitem(sys.modules, "huggingface_hub", hub(snapshot))
-    assert cgdb.modelfile.locate_text_model("") == tiny
+    assert cgdb.meaning.modelfile.locate_text_model("") == tiny
     assert asked == [True, False]
     # What the hub gives is verified too, and no setting lets it be something else.
     monkeypatch.setenv("CGDB_TEXT_MODEL_UNVERIFIED", "1")

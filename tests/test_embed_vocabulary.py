@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cgdb.embed import space_encoder
 from cgdb.errors import EncoderError, UsageError
-from cgdb.vocabulary import Vocabulary, fold
+from cgdb.meaning.embed import space_encoder
+from cgdb.meaning.vocabulary import Vocabulary, fold
 
 NAMES = ["cup", "coffee_maker", "Photo frame", "The Thing"]
 VECTORS = np.array([[3, 4, 0], [0, 2, 0], [0, 0, 1], [1, 1, 1]], np.float32)

@@ -151,10 +151,12 @@ def test_an_interrupted_map_goes_on(how: signal.Signals, tmp_path: Path) -> None
     root, store = write_recording(tmp_path / "room", 120), tmp_path / "s.cgdb"
     command = [sys.executable, "-m", "cgdb.cli.app", "map", str(root), "--into", str(store), "--every", "10"]
     running = subprocess.Popen(command, stderr=subprocess.PIPE, env={**os.environ, "OMP_NUM_THREADS": "1"})
-    state, deadline = store / "mapping" / "room.npz", time.monotonic() + 60
-    while not state.exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    time.sleep(0.2)
+    # The state goes before its revision: when a second one is there, so is the first revision.
+    state, seen, deadline = store / "mapping" / "room.npz", set[int](), time.monotonic() + 60
+    while len(seen) < 2 and time.monotonic() < deadline:
+        if state.exists():
+            seen.add(state.stat().st_mtime_ns)
+        time.sleep(0.02)
     running.send_signal(how)
     _, said = running.communicate(timeout=60)
     if how == signal.SIGINT:

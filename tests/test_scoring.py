@@ -15,11 +15,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.judged import Bench, outcome, recall, split
-from cgdb import background, everyday
-from cgdb.embed import Encoder, text_encoder
-from cgdb.knowledge import knowledge
-from cgdb.scoring import Calibration, Evidence, Meaning, Scorer, Space, contrast, contrast_others
-from cgdb.texts import TextIndex
+from cgdb.meaning import background, everyday
+from cgdb.meaning.embed import Encoder, text_encoder
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.scoring import Calibration, Evidence, Meaning, Scorer, Space, contrast, contrast_others
+from cgdb.meaning.texts import TextIndex
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "degrees.json").read_text("utf-8"))
 

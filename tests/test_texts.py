@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from cgdb.errors import CorruptionError
-from cgdb.knowledge import knowledge
-from cgdb.texts import Source, TextIndex, texts_of
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.texts import Source, TextIndex, texts_of
 
 
 @dataclass(frozen=True, kw_only=True)

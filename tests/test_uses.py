@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cgdb.knowledge import knowledge
-from cgdb.uses import Gap, frame
-from cgdb.words import parse
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.uses import Gap, frame
+from cgdb.meaning.words import parse
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cgdb.words import (
+from cgdb.meaning.words import (
     LONGEST_TEXT,
     Role,
     WordIndex,

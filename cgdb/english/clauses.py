@@ -11,8 +11,8 @@ from cgdb.english.intent import Asked, First, Located, Measured
 from cgdb.english.needs import is_story, remedy
 from cgdb.english.phrases import Phrases, Word, joined, listed, stretch
 from cgdb.english.question_frames import MARKS, ending, opening, state_at_end
-from cgdb.knowledge import knowledge
-from cgdb.lexicon import DEPICTIONS
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.lexicon import DEPICTIONS
 
 _WEIGHTLESS = listed("too very really quite so such any kind sort type of be being at all like as have to with for")
 _DANGLING = listed("and or but is are that which who of a an the there also preferably ideally has have")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Mapping, Sequence
 
-from cgdb.lexicon import FUNCTION_WORDS, RELATION_WORDS
+from cgdb.meaning.lexicon import FUNCTION_WORDS, RELATION_WORDS
 
 _SMALL_WORDS: Mapping[str, str] = {
     "German": """der die das den dem ein eine einen einem einer und oder nicht kein keine ist sind wo was wie womit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from cgdb.english.phrases import listed
-from cgdb.words import singular
+from cgdb.meaning.words import singular
 
 _HELP: Mapping[str, str] = {
     "wipe up a spill": "spill spills spilled spilt spilling",

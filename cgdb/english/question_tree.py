@@ -18,8 +18,8 @@ from cgdb.english.intent import Asked, First, Located, Measured
 from cgdb.english.phrases import words
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
-from cgdb.knowledge import knowledge
-from cgdb.words import singular
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.words import singular
 
 LONGEST_MEANING = 300
 """Characters of one ``~``; what is said in more is no longer one thing."""

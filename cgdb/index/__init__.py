@@ -1,1 +1,1 @@
-"""What is derived from the ledger and can be thrown away: files kept by artefacts, opened by columns, graph, vectors."""
+"""What is derived from the ledger and can be thrown away: artefacts keeps the files of columns, graph and vectors."""

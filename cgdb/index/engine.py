@@ -84,6 +84,9 @@ class Store:
             else:
                 with reported(self.engine.name):
                     connection = self.engine.module.Connection(self._database, num_threads=THREADS)
+                    if self.engine.name == "ladybug":
+                        # It keeps every statement that it has ever planned, until its memory is full.
+                        connection.execute("CALL enable_cached_prepared_statement='NONE'")
             self._active.append(connection)
             return connection
 

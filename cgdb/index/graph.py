@@ -167,9 +167,8 @@ class GraphIndex:
                 if row[0] not in replaced and row[1] not in gone
             )
             added = _CsvFile(folder / "relations.csv", _RELATION)
-            n_relations = added.write(
-                _numbered(itertools.chain([list(kept)], ([_relation_cells(row) for row in batch] for batch in relations)))
-            )
+            now = ([_relation_cells(row) for row in batch] for batch in relations)
+            n_relations = added.write(_numbered(itertools.chain([[tuple(row) for row in kept]], now)))
             store.execute("DROP TABLE Rel")
             for name in types:
                 if name not in present:

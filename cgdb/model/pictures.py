@@ -6,8 +6,8 @@ import base64
 import io
 from pathlib import Path
 
-from cgdb.embed import Encoder, PictureEncoder
 from cgdb.errors import CgdbError, UsageError
+from cgdb.meaning.embed import Encoder, PictureEncoder
 
 LARGEST_FILE = 30 << 20
 LARGEST_SENT = 4 << 20

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.lexicon import (
+from cgdb.meaning.lexicon import (
     CLAUSE_STARTS,
     DETERMINERS,
     FUNCTION_WORDS,
@@ -27,7 +27,7 @@ from cgdb.lexicon import (
     SUBCLAUSES,
     SYNONYMS,
 )
-from cgdb.words import singular, stem, tokens
+from cgdb.meaning.words import singular, stem, tokens
 
 Floats = NDArray[np.float32]
 

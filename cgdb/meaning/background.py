@@ -1,13 +1,13 @@
 """The background: phrases about everyday things, with which a question is compared before it is said to fit an object.
 
 A cosine of 0.4 means nothing by itself: some questions are near to everything. It means much when the question is far
-from four hundred other things. The phrases are the names and uses in the table of everyday things (cgdb.everyday), so
-that their vectors, made once per encoder and cached by the caller, serve the contrast and the knowledge alike.
+from five hundred other things. The phrases are the names and uses in the table of everyday things, so that
+their vectors, made once per encoder and cached by the caller, serve the contrast and the knowledge alike.
 """
 
 from __future__ import annotations
 
-from cgdb.knowledge import knowledge
+from cgdb.meaning.knowledge import knowledge
 
 
 def texts() -> tuple[str, ...]:

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import background, scoring
 from cgdb.binder import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.bindings import EdgeColumn, Positions
-from cgdb.embed import Encoder
-from cgdb.encoders import Encoders
 from cgdb.errors import BindError, CgdbError, EncoderError
+from cgdb.meaning import background, scoring
+from cgdb.meaning.embed import Encoder
+from cgdb.meaning.encoders import Encoders
+from cgdb.meaning.texts import TextIndex
+from cgdb.meaning.words import head_phrase
 from cgdb.scene import FeatureSpace
-from cgdb.texts import TextIndex
-from cgdb.words import head_phrase
 
 if TYPE_CHECKING:
     from cgdb.view import SceneView

@@ -72,7 +72,7 @@ def space_encoder(encoder_id: str) -> Encoder:
 
 
 def _minilm(rest: str) -> Encoder:
-    from cgdb.minilm import MiniLM
+    from cgdb.meaning.minilm import MiniLM
 
     if rest:
         raise EncoderError(f"'{TEXT_MODEL}' takes nothing after its name, but '{rest[:100]}' was given")
@@ -80,13 +80,13 @@ def _minilm(rest: str) -> Encoder:
 
 
 def _open_clip(rest: str) -> Encoder:
-    from cgdb.clip import OpenClip
+    from cgdb.meaning.clip import OpenClip
 
     return OpenClip.named(rest)
 
 
 def _vocabulary(rest: str) -> Encoder:
-    from cgdb.vocabulary import Vocabulary
+    from cgdb.meaning.vocabulary import Vocabulary
 
     return Vocabulary.load(rest)
 

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.lexicon import (
+from cgdb.meaning.lexicon import (
     ADJECTIVES,
     COMMON_WORDS,
     DEPICTIONS,

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError
-from cgdb.knowledge import knowledge
-from cgdb.words import Parse, WordIndex, pack_strings, parse, unpack_strings
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
 FORMAT = 4
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.embed import TEXT_MODEL, Encoder, space_encoder
 from cgdb.errors import CgdbError, EncoderError
+from cgdb.meaning.embed import TEXT_MODEL, Encoder, space_encoder
 from cgdb.scene import FeatureSpace
 from cgdb.storage.text_vectors import TextVectors
 

@@ -17,8 +17,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import everyday
-from cgdb.lexicon import (
+from cgdb.meaning import everyday
+from cgdb.meaning.lexicon import (
     ADJECTIVES,
     BRANDS,
     CLAUSE_STARTS,
@@ -33,8 +33,8 @@ from cgdb.lexicon import (
     PARTITIVES,
     PLACE_HEADS,
 )
-from cgdb.uses import Frame, Matches, Uses, frame, noun_runs, synonyms
-from cgdb.words import parse, singular, stem, tokens
+from cgdb.meaning.uses import Frame, Matches, Uses, frame, noun_runs, synonyms
+from cgdb.meaning.words import parse, singular, stem, tokens
 
 Floats = NDArray[np.float32]
 

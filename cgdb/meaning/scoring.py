@@ -1,8 +1,8 @@
 """What ``o ~ "text"`` means as a number: a degree in [0, 1] per object, 0.5 being the line between fits and not.
 
 No raw cosine is compared with a constant. Each evidence is a **contrast with a background**: by how many standard
-deviations the question is nearer to this object's text (or image feature) than to the names of some four hundred
-everyday things (cgdb.background), in the same space. A question that is near to everything gains nothing by it, and
+deviations the question is nearer to this object's text (or image feature) than to the names of some five hundred
+everyday things (`background`), in the same space. A question that is near to everything gains nothing by it, and
 the same line holds for encoders whose cosines live in different ranges.
 
 Sources: score normalisation by an impostor cohort is the Z-norm of speaker verification (Auckenthaler, Carey and
@@ -22,9 +22,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.knowledge import MOSTLY, UNKNOWN, Facets, Knowledge, knowledge
-from cgdb.texts import Source, TextIndex
-from cgdb.words import head_phrase, query_words
+from cgdb.meaning.knowledge import MOSTLY, UNKNOWN, Facets, Knowledge, knowledge
+from cgdb.meaning.texts import Source, TextIndex
+from cgdb.meaning.words import head_phrase, query_words
 
 Floats = NDArray[np.float32]
 Rows = NDArray[np.int64]

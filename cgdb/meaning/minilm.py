@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import EncoderError, MissingExtraError
-from cgdb.modelfile import locate_text_model, sha256_of, tensors
+from cgdb.meaning.modelfile import locate_text_model, sha256_of, tensors
 
 if TYPE_CHECKING:
     from tokenizers import Tokenizer
