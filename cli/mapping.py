@@ -252,7 +252,7 @@ def _check_free(db: cgdb.Database, name: str, options: Namespace) -> None:
     if options.on_existing == "error" and any(info.name == name for info in db.scenes()):
         raise UsageError(
             f"the store holds a scene '{name}' already",
-            hint="--resume goes on with it where that is possible, --on-existing replace makes it anew, --name gives another",
+            hint="--resume goes on with it where its state was kept, --on-existing replace makes it anew",
         )
 
 

@@ -92,7 +92,8 @@ def _swallowed(
     order = order[np.isfinite(score[order])]
     later = np.zeros(len(order), np.bool_)
     later[1:] = best[order[1:]] == best[order[:-1]]
-    return order[later & (cosine[order] < how.alike)]
+    strange: NDArray[np.intp] = order[later & (cosine[order] < how.alike)]
+    return strange
 
 
 def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ SMALLEST_PIECE = 0.05
 def scene_of(
     mapper: Mapper, name: str, *, up: str = "z", encoder: str | None = None, provenance: dict[str, Any] | None = None
 ) -> SceneGraph:
-    """The objects that were seen often enough, with their clouds. encoder: of the features, by which texts find them."""
+    """The objects that were seen often enough, with their clouds. encoder: of the features; texts find them by it."""
     how = mapper.how.tidying
     clouds = object_rows(mapper)
     units = {space: mapper.objects.unit(space) for space in mapper.objects.spaces()}

@@ -6,6 +6,8 @@ are pickles, which are read by the machine that calls nothing, with masks let th
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -115,19 +117,16 @@ def _arrays(folder: Path) -> Callable[[Frame], Detections]:
 def arrays_of(path: Path) -> dict[str, NDArray[Any]]:
     """The arrays of a .npz file; never objects."""
     try:
-        if path.stat().st_size > LARGEST_ARRAY:
-            raise FormatError(f"{path.name}: is larger than {LARGEST_ARRAY >> 30} GB")
         # numpy leaves a file open that it opened and could not read.
+        with path.open("rb") as file, zipfile.ZipFile(file) as packed:
+            if sum(part.file_size for part in packed.infolist()) > LARGEST_ARRAY:
+                raise FormatError(f"{path.name}: unfolds to more than {LARGEST_ARRAY >> 30} GB")
         with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
             return {name: held[name] for name in held.files}
     except FileNotFoundError as error:
         raise FormatError(f"{path.name}: there are no detections for this frame") from error
-    except (OSError, ValueError, EOFError, KeyError, NotImplementedError) as error:
+    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
         raise FormatError(f"{path.name}: the detections are damaged") from error
-    except Exception as error:  # zipfile and zlib have errors of their own
-        if type(error).__name__ in ("BadZipFile", "error"):
-            raise FormatError(f"{path.name}: the detections are damaged") from error
-        raise
 
 
 def _class_names(folder: Path) -> list[str]:

@@ -1,7 +1,7 @@
 """Camera frames: the type, and recordings on disk as a stream of them, bad ones skipped and counted.
 
 Camera axes are x right, y down, z forward; a pixel (u, v) with depth z is the point ((u - cx) z / fx, (v - cy) z / fy,
-z) in metres. Poses bring such points into a right-handed map frame; each layout module turns its own convention into this.
+z) in metres. Poses bring such points into a right-handed map frame; each layout module turns its convention into this.
 """
 
 from __future__ import annotations
@@ -128,7 +128,13 @@ class Recording:
             self.skipped[error.message.partition(": ")[2] or error.message] += 1
             return None
         return Frame(
-            index=index, name=shot.name, timestamp=shot.timestamp, rgb=rgb, depth=depth, K=lens, T_world_camera=shot.pose
+            index=index,
+            name=shot.name,
+            timestamp=shot.timestamp,
+            rgb=rgb,
+            depth=depth,
+            K=lens,
+            T_world_camera=shot.pose,
         )
 
 
@@ -141,7 +147,8 @@ def open_recording(
 ) -> Recording:
     """The recording in a folder; layout: one of LAYOUTS, else found by the files there.
 
-    lens: the camera matrix (3, 3), and depth_scale: instead of what the layout says. FormatError where it is of no layout, or makes no sense.
+    lens: the camera matrix (3, 3), and depth_scale: instead of what the layout says. FormatError where it is of no
+    layout, or makes no sense.
     """
     root = Path(path)
     if not root.exists():
@@ -184,7 +191,7 @@ def fit(
     k_size: tuple[int, int] | None,
     size: tuple[int, int] | None,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.float64]]:
-    """Bring colour and depth to one size, (width, height), the depth's own where size is None, and the camera matrix with them.
+    """Bring colour and depth to one size, the depth's own where size (width, height) is None, and the matrix with them.
 
     Depth is never interpolated: between a cup and the wall behind there is nothing. FormatError where the two pictures
     have not the same proportions, or the matrix was made for other ones.

@@ -12,7 +12,6 @@ from cgdb.ingest.fuse import Objects
 from cgdb.ingest.lift import STRONG
 from cgdb.ingest.voxels import Voxels
 
-
 _CHUNK = 1 << 16
 
 
@@ -55,22 +54,20 @@ def merge(objects: Objects, voxels: Voxels, how: Tidying, *, since: int | None =
     """
     n = len(objects)
     things = np.array([not o.background and (since is None or o.last >= since) for o in objects.all], np.bool_)
-    if n < 2 or not things.any():
+    candidates = _candidates(objects, how) & things[:, None]
+    if not candidates.any():
         return 0
-    ratio = shared(objects, voxels, how, things)
+    some: NDArray[np.bool_] = np.asarray(candidates.any(axis=1))
+    ratio = np.where(candidates, shared(objects, voxels, how, some), 0.0)
     i, j = np.nonzero(ratio > how.overlap)
     order = np.lexsort((j, i, -ratio[i, j]))
     into = np.arange(n)
-    clip, text = objects.looks()
     for a, b in zip(i[order].tolist(), j[order].tolist(), strict=True):
         if into[a] != a:
             continue  # it went already, and not twice
         while into[b] != b:
             b = int(into[b])
-        alike = clip is None or float(clip[a] @ clip[b]) > how.semantic
-        named = text is None or float(text[a] @ text[b]) > how.text
-        if a != b and alike and named:
-            into[a] = b
+        into[a] = b
     for a in range(n):
         while into[into[a]] != into[a]:
             into[a] = into[into[a]]
@@ -78,6 +75,19 @@ def merge(objects: Objects, voxels: Voxels, how: Tidying, *, since: int | None =
     if gone:
         objects.merge(into, voxels)
     return gone
+
+
+def _candidates(objects: Objects, how: Tidying) -> NDArray[np.bool_]:
+    """(n, n) bool: which pairs of things look alike and have boxes that meet. Few do, and only those are compared."""
+    low, high = (np.array([getattr(obj, end) for obj in objects.all]).reshape(-1, 3) for end in ("low", "high"))
+    pairs = ((low[:, None] <= high[None] + 1) & (low[None] <= high[:, None] + 1)).all(axis=2)
+    thing = np.array([not obj.background for obj in objects.all], np.bool_)
+    pairs &= thing[:, None] & thing[None, :]
+    np.fill_diagonal(pairs, False)
+    for unit, least in zip(objects.looks(), (how.semantic, how.text), strict=True):
+        if unit is not None:
+            pairs &= unit @ unit.T > least
+    return pairs
 
 
 def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -272,9 +272,8 @@ class Voxels:
 
     def solid(self, rows: NDArray[np.integer] | slice, share: float, strength: float) -> NDArray[np.bool_]:
         """(n, SLOTS) bool: which claims hold: at least so strong, and such a share of what was seen there."""
-        owners, votes = self.owners[rows], self.votes[rows]
         floor = np.maximum(self.seen[rows] * np.float32(share), np.float32(strength))
-        held: NDArray[np.bool_] = (owners >= 0) & (votes >= floor[:, None])
+        held: NDArray[np.bool_] = (self.owners[rows] >= 0) & (self.votes[rows] >= floor[:, None])
         return held
 
     def mean_points(self, rows: NDArray[np.integer]) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from cgdb.ingest import checkpoint, tidy
 from cgdb.ingest.associate import Association
 from cgdb.ingest.detections import Selection, checked, select
 from cgdb.ingest.evaluate_mapping import Truth, evaluate, nearest
+from cgdb.ingest.frames import open_recording
 from cgdb.ingest.fuse import Objects
 from cgdb.ingest.lift import Lifting, components, lift, pieces, shrunk, unproject, usable_pixels
 from cgdb.ingest.mapper import Mapper, Mapping
@@ -157,10 +159,8 @@ def test_memory_does_not_grow_with_the_number_of_frames() -> None:
     assert sizes[0] == sizes[1] == sizes[2]
 
 
-def test_a_checkpoint_goes_on_as_if_nothing_had_been(tmp_path: object) -> None:
-    from pathlib import Path
-
-    path = Path(str(tmp_path)) / "state.npz"
+def test_a_checkpoint_goes_on_as_if_nothing_had_been(tmp_path: Path) -> None:
+    path = tmp_path / "state.npz"
     half = mapped(6)
     whole = Mapper()
     checkpoint.save(half, path, {"here": 6})
@@ -452,3 +452,18 @@ def test_the_renderer_renders() -> None:
     frame, _ = room_frame(0)
     depth, which = render(frame.T_world_camera)
     assert set(np.unique(which)) >= {0, 1, 2, 3, 4} and depth.max() < 6
+
+
+def test_the_real_frames_map_without_a_model(data: Path) -> None:
+    pytest.importorskip("PIL.Image")
+    recording = open_recording(data / "rgbd" / "RGBD")
+    detector, mapper = GeometricDetector(up=recording.up), Mapper()
+    for frame in recording.frames():
+        mapper.step(frame, detector(frame))
+    mapper.finish()
+    scene = mapper.scene("room", up=recording.up)
+    check_scene(scene)
+    assert 5 <= len(scene.objects) <= 60
+    assert {"wall", "floor"} & {obj.tag for obj in scene.objects}
+    # An arm chair stands in the middle of the room: something of its size is found where it is seen in all frames.
+    assert any(o.extent is not None and 0.3 < max(o.extent) < 1.2 and o.n_observations == 5 for o in scene.objects)

@@ -250,6 +250,24 @@ def test_masks_that_are_none(value: object, says: str) -> None:
         mask_of(value, "x")
 
 
+@pytest.mark.slow
+def test_a_small_file_that_unfolds_without_end(frame: Frame, tmp_path: Path) -> None:
+    import zipfile
+
+    with zipfile.ZipFile(tmp_path / "000000.npz", "w", zipfile.ZIP_DEFLATED) as packed:
+        header = (
+            b"\x93NUMPY\x01\x00v\x00"
+            + b"{'descr': '|u1', 'fortran_order': False, 'shape': (3000000000,), }".ljust(117)
+            + b"\n"
+        )
+        with packed.open("mask.npy", "w", force_zip64=True) as part:
+            part.write(header)
+            for _ in range(2200):
+                part.write(bytes(1 << 20))
+    with pytest.raises(FormatError, match="unfolds to more than"):
+        FileDetector(tmp_path, "arrays")(frame)
+
+
 def test_what_cannot_be_found(tmp_path: Path) -> None:
     assert find_detections(tmp_path) is None
     with pytest.raises(UsageError, match="does not exist"):
