@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import cgdb
 from benchmarks import report, world
 from cgdb import query as flow
-from cgdb.binder import BoundQuery
+from cgdb.bound import BoundQuery
 from cgdb.database import Database
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog

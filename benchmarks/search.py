@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import cgdb
 from benchmarks import report, world
-from cgdb.binder import VectorMeaning
+from cgdb.bound import VectorMeaning
 from cgdb.database import Database
 from cgdb.search import search
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cgdb.asked import Answer as Answer
-    from cgdb.binder import Vector as Vector
+    from cgdb.bound import Vector as Vector
     from cgdb.database import Database as Database
     from cgdb.database import open as open
     from cgdb.errors import CgdbError as CgdbError
@@ -34,7 +34,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Answer": "cgdb.asked",
-    "Vector": "cgdb.binder",
+    "Vector": "cgdb.bound",
     "Database": "cgdb.database",
     "open": "cgdb.database",
     "CgdbError": "cgdb.errors",

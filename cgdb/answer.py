@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb import cypher
-from cgdb.binder import BoundEdge, BoundQuery
 from cgdb.bindings import Bindings, EdgeColumn
+from cgdb.bound import BoundEdge, BoundQuery
 from cgdb.errors import LimitError
 from cgdb.evaluate import rounded
 from cgdb.executor import Executor

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cgdb.asked import Answer, first_node
-from cgdb.binder import Vector
+from cgdb.bound import Vector
 from cgdb.errors import (
     BindError,
     CgdbError,

@@ -5,132 +5,34 @@ Every name that the statement uses is looked up here, once; what comes out can b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cgdb.bound import (
+    BoundEdge,
+    BoundMatch,
+    BoundNode,
+    BoundQuery,
+    BoundReturn,
+    LikeMeaning,
+    Meaning,
+    VectorMeaning,
+)
 from cgdb.errors import BindError, LimitError, Span, did_you_mean, one_of
 from cgdb.functions import AGGREGATES, FUNCTIONS, Signature
 from cgdb.grammar import ast
 from cgdb.grammar.limits import children
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
-from cgdb.scene import ObjectId
+from cgdb.parameters import Parameters
 
 MAX_HOPS = 10
 """Longest path that a statement may ask for; ``*`` without an upper bound means this many."""
 MAX_NODES = 50
 """Nodes that the patterns of a statement, or of one condition in it, may have together."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Vector:
-    """A query by example: values (d,) float32; space None where the dimension alone tells which is meant."""
-
-    values: NDArray[np.float32]
-    space: str | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TextMeaning:
-    """``~ "text"``."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LikeMeaning:
-    """``~ #12``: like that object."""
-
-    id: ObjectId
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VectorMeaning:
-    """``~ $picture``. Told apart by name: parameters do not change within a statement."""
-
-    parameter: str
-    vector: Vector = field(compare=False)
-
-
-Meaning: TypeAlias = TextMeaning | LikeMeaning | VectorMeaning
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoundNode:
-    """A variable that stands for objects or places. label None: any (a node given by its id)."""
-
-    name: str
-    named: bool
-    label: str | None = "Object"
-    id: ObjectId | None = None
-    span: Span = field(default=ast.NOWHERE, compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoundEdge:
-    """One edge of a pattern. directed False: either way. labels empty: any relation."""
-
-    name: str
-    named: bool
-    source: str
-    target: str
-    labels: tuple[str, ...] = ()
-    meaning: Meaning | None = None
-    directed: bool = True
-    min_hops: int = 1
-    max_hops: int = 1
-
-    @property
-    def is_path(self) -> bool:
-        """Whether it may take any number of hops other than one."""
-        return (self.min_hops, self.max_hops) != (1, 1)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoundMatch:
-    """Patterns that are matched together: nodes by name, edges, and the conditions written inside the patterns."""
-
-    nodes: Mapping[str, BoundNode]
-    edges: tuple[BoundEdge, ...]
-    conditions: tuple[ast.Expression, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoundReturn:
-    """A column of the result."""
-
-    name: str
-    expression: ast.Expression
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoundQuery:
-    """A statement whose every name is known to exist.
-
-    meanings: what each Similar and edge ``~`` compares with. subpatterns: the matches of pattern conditions, by the
-    condition. conditions: all that a row is asked, in the order written (pattern conditions first, then WHERE).
-    given: the parameter that a value at this place of the text was given by.
-    """
-
-    mode: ast.Mode
-    match: BoundMatch
-    conditions: tuple[ast.Expression, ...]
-    meanings: Mapping[ast.Meaning, Meaning]
-    subpatterns: Mapping[ast.Pattern, BoundMatch]
-    returns: tuple[BoundReturn, ...]
-    distinct: bool
-    aggregates: bool
-    order: tuple[ast.OrderItem, ...]
-    rerank: tuple[str, int] | None
-    skip: int
-    limit: int | None
-    given: Mapping[Span, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
@@ -154,7 +56,7 @@ def bind(query: ast.Query, catalog: Catalog, parameters: Mapping[str, Any]) -> B
 class _Binder:
     def __init__(self, catalog: Catalog, parameters: Mapping[str, Any]) -> None:
         self._catalog = catalog
-        self._parameters = parameters
+        self._parameters = Parameters(parameters)
         self._meanings: dict[ast.Meaning, Meaning] = {}
         self._subpatterns: dict[ast.Pattern, BoundMatch] = {}
         self._given: dict[Span, str] = {}
@@ -328,37 +230,8 @@ class _Binder:
 
     def _meaning(self, item: ast.Meaning) -> Meaning:
         if item not in self._meanings:
-            self._meanings[item] = self._new_meaning(item)
+            self._meanings[item] = self._parameters.meaning(item)
         return self._meanings[item]
-
-    def _new_meaning(self, item: ast.Meaning) -> Meaning:
-        if isinstance(item, ast.ObjectRef):
-            return LikeMeaning(id=item.id)
-        if isinstance(item, ast.Text):
-            return self._text_meaning(item.value, item.span)
-        value = self._parameter(item)
-        if isinstance(value, str):
-            return self._text_meaning(value, item.span)
-        if isinstance(value, Vector):
-            return VectorMeaning(parameter=item.name, vector=value)
-        try:
-            with np.errstate(over="ignore"):
-                values = np.asarray(value, dtype=np.float32)
-        except (TypeError, ValueError, OverflowError):
-            values = np.empty(0, np.float32)
-        if values.ndim != 1 or not values.size or isinstance(value, (bool, int, float)):
-            raise BindError(
-                f"parameter ${item.name} is {type(value).__name__}; '~' compares with a text or a vector",
-                span=item.span,
-            )
-        if not np.isfinite(values).all():
-            raise BindError(f"parameter ${item.name} is a vector with NaN or infinite values", span=item.span)
-        return VectorMeaning(parameter=item.name, vector=Vector(values=values))
-
-    def _text_meaning(self, text: str, span: Span) -> TextMeaning:
-        if not text.strip():
-            raise BindError("'~' needs a text that says something; this one is empty", span=span)
-        return TextMeaning(text=text)
 
     # -- the rest of the statement ------------------------------------------------------------------------------
 
@@ -415,7 +288,7 @@ class _Binder:
     def _rerank(self, item: ast.Rerank | None) -> tuple[str, int] | None:
         if item is None:
             return None
-        question = item.question.value if isinstance(item.question, ast.Text) else self._parameter(item.question)
+        question = item.question.value if isinstance(item.question, ast.Text) else self._parameters.value(item.question)
         if not isinstance(question, str) or not question.strip():
             raise BindError("RERANK BY asks for a text", span=item.question.span)
         return question, self._count(item.top, "TOP") or 20
@@ -423,7 +296,7 @@ class _Binder:
     def _count(self, item: ast.Number | ast.Parameter | None, clause: str) -> int | None:
         if item is None:
             return None
-        value = item.value if isinstance(item, ast.Number) else self._parameter(item)
+        value = item.value if isinstance(item, ast.Number) else self._parameters.value(item)
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
             raise BindError(f"{clause} asks for a whole number from 0 up, not {value!r}", span=item.span)
         return int(value)
@@ -448,7 +321,7 @@ class _Binder:
             case ast.ObjectRef():
                 return item, "node"
             case ast.Parameter():
-                value = self._literal(self._parameter(item), item)
+                value = self._parameters.literal(self._parameters.value(item), item)
                 if item.span != ast.NOWHERE:
                     self._given[item.span] = item.name
                 return value, _KINDS[type(value)]
@@ -699,45 +572,6 @@ class _Binder:
         if not same:
             raise BindError(f"a {one} cannot be compared with a {other}", span=item.span)
 
-    # -- parameters ---------------------------------------------------------------------------------------------
-
-    def _parameter(self, item: ast.Parameter) -> Any:
-        if item.name not in self._parameters:
-            raise BindError(
-                f"parameter ${item.name} was not given",
-                hint=did_you_mean(item.name, self._parameters)
-                or (f"given: {one_of(self._parameters)}" if self._parameters else "no parameters were given"),
-                span=item.span,
-            )
-        value = self._parameters[item.name]
-        check_value(item.name, value, item.span)
-        return value
-
-    def _literal(self, value: Any, item: ast.Parameter) -> ast.Expression:
-        if value is None:
-            return ast.Null(span=item.span)
-        if isinstance(value, (bool, np.bool_)):
-            return ast.Boolean(value=bool(value), span=item.span)
-        if isinstance(value, (int, np.integer)):
-            return ast.Number(value=int(value), span=item.span)
-        if isinstance(value, (float, np.floating)):
-            if not math.isfinite(value):
-                raise BindError(f"parameter ${item.name} is {value}", span=item.span)
-            return ast.Number(value=float(value), span=item.span)
-        if isinstance(value, str):
-            return ast.Text(value=value, span=item.span)
-        if isinstance(value, (list, tuple, set, frozenset, np.ndarray)):
-            items = value.tolist() if isinstance(value, np.ndarray) else list(value)
-            if not any(isinstance(x, (list, tuple, set, dict)) for x in items):
-                for x in items:
-                    check_value(item.name, x, item.span)
-                return ast.ListOf(items=tuple(self._literal(x, item) for x in items), span=item.span)
-        raise BindError(
-            f"parameter ${item.name} is {type(value).__name__}; it can be text, a number, true or false, null, "
-            "a list of these, or (after '~') a vector",
-            span=item.span,
-        )
-
 
 _KINDS: Mapping[type[ast.Syntax], str] = {
     ast.Null: "any",
@@ -747,21 +581,6 @@ _KINDS: Mapping[type[ast.Syntax], str] = {
     ast.ListOf: "list",
 }
 """The kind of a value that a parameter gives."""
-
-
-def check_value(name: str, value: Any, span: Span) -> None:
-    """Refuse what no store can hold: half a character, a whole number beyond 63 bits."""
-    if isinstance(value, str):
-        try:
-            value.encode("utf-8")
-        except UnicodeEncodeError as error:
-            raise BindError(
-                f"parameter ${name} holds half a character (U+{ord(value[error.start]):04X})",
-                hint="read the text as UTF-8",
-                span=span,
-            ) from None
-    elif isinstance(value, int) and not -(2**63) < value < 2**63:
-        raise BindError(f"parameter ${name} is a whole number of more than 63 bits", span=span)
 
 
 _ASK_LESS = "ask for less at once"

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgdb.binder import BoundEdge, BoundNode
+from cgdb.bound import BoundEdge, BoundNode
 from cgdb.grammar import ast
 from cgdb.index.graph import property_column
 

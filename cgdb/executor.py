@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cgdb import cypher
-from cgdb.binder import BoundEdge, BoundNode, BoundQuery, Meaning
 from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always, concatenate
+from cgdb.bound import BoundEdge, BoundNode, BoundQuery, Meaning
 from cgdb.evaluate import Evaluator
 from cgdb.grammar import ast
 from cgdb.index.neighbours import expand

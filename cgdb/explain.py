@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from cgdb import cypher
-from cgdb.binder import BoundQuery
+from cgdb.bound import BoundQuery
 from cgdb.index.catalog import Catalog
 from cgdb.planner import Plan, known_nodes
 from cgdb.reasons import asked, meaning_text

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.binder import BoundEdge
 from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions
+from cgdb.bound import BoundEdge
 from cgdb.limits import Budget
 
 if TYPE_CHECKING:

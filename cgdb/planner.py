@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cgdb.binder import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
+from cgdb.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
 from cgdb.cypher import Component, pushable, variables
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog

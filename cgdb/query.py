@@ -8,7 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cgdb.answer import SceneRows, answer
-from cgdb.binder import BoundQuery, bind, check_value
+from cgdb.binder import bind
+from cgdb.bound import BoundQuery
 from cgdb.cypher import parts
 from cgdb.errors import BindError, CgdbError, SceneError, did_you_mean, one_of
 from cgdb.executor import Executor, Profile, meanings_of
@@ -18,6 +19,7 @@ from cgdb.grammar.parser import parse
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import merge
 from cgdb.limits import Budget
+from cgdb.parameters import check_value
 from cgdb.planner import Plan, plan
 from cgdb.result import Result, Row
 from cgdb.view import SceneView

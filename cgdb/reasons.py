@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cgdb import cypher
-from cgdb.binder import BoundEdge, BoundQuery, LikeMeaning, Meaning, TextMeaning
 from cgdb.bindings import Bindings
+from cgdb.bound import BoundEdge, BoundQuery, LikeMeaning, Meaning, TextMeaning
 from cgdb.errors import Span
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text

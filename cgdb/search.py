@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.binder import Meaning, TextMeaning, VectorMeaning
 from cgdb.bindings import Positions
+from cgdb.bound import Meaning, TextMeaning, VectorMeaning
 from cgdb.errors import BindError
 from cgdb.result import StoredNode
 from cgdb.scene import ObjectId

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import cgdb
-from cgdb.binder import LikeMeaning, Meaning, TextMeaning
 from cgdb.bindings import EdgeColumn, Positions
+from cgdb.bound import LikeMeaning, Meaning, TextMeaning
 from cgdb.database import Database
 from cgdb.meaning.degrees import Degrees
 from cgdb.scene import ObjectId, SceneGraph

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cgdb
-from cgdb.binder import BoundEdge
 from cgdb.bindings import Bindings
+from cgdb.bound import BoundEdge
 from cgdb.database import Database
 from cgdb.errors import LimitError
 from cgdb.limits import Budget, Limits

@@ -21,7 +21,7 @@ from cgdb.errors import CorruptionError
 from cgdb.limits import Budget
 
 if TYPE_CHECKING:
-    from cgdb.binder import BoundEdge, BoundNode
+    from cgdb.bound import BoundEdge, BoundNode
     from cgdb.cypher import Component
     from cgdb.storage.ledger import RelationRow
 

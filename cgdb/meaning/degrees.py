@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.binder import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.bindings import EdgeColumn, Positions
+from cgdb.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.errors import BindError, CgdbError, EncoderError
 from cgdb.meaning import background, scoring
 from cgdb.meaning.embed import Encoder
