@@ -60,6 +60,7 @@ class Objects:
         self._renormalise = renormalise
         self._sums: dict[str, NDArray[np.float32]] = {}
         self._background: dict[str, int] = {}
+        self._room = 64
 
     def __len__(self) -> int:
         return len(self.all)
@@ -123,6 +124,8 @@ class Objects:
             MapObject(id=self._born, low=low.copy(), high=high.copy(), background=background, first=frame, last=frame)
         )
         self._born += 1
+        if len(self.all) > self._room:
+            self._make_room(2 * self._room)
         return len(self.all) - 1
 
     def _add(self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int) -> None:
@@ -141,16 +144,21 @@ class Objects:
         (heapq.heappush if len(obj.views) < VIEWS else heapq.heappushpop)(obj.views, view)
 
     def _add_feature(self, space: str, at: int, feature: NDArray[np.float32], n: int) -> None:
-        sums = self._sums.get(space)
-        if sums is None or at >= len(sums):
-            made = np.zeros((max(64, 2 * at), len(feature)), np.float32)
-            if sums is not None:
-                made[: len(sums)] = sums
-            sums = self._sums[space] = made
+        if space not in self._sums:
+            self._sums[space] = np.zeros((self._room, len(feature)), np.float32)
+        sums = self._sums[space]
         sums[at] += feature
         if self._renormalise:
             # The reference's variant: unit length after every fold, so that the sum is worth n of them again.
             sums[at] *= (n + 1) / max(float(np.linalg.norm(sums[at])), 1e-12)
+
+    def _make_room(self, room: int) -> None:
+        """Rows for so many objects in every matrix, also of objects that have no feature of a space."""
+        self._room = room
+        for space, sums in self._sums.items():
+            made = np.zeros((room, sums.shape[1]), np.float32)
+            made[: min(room, len(sums))] = sums[:room]
+            self._sums[space] = made
 
     def to_record(self) -> dict[str, Any]:
         """Everything but the features, as plain values."""
@@ -168,6 +176,7 @@ class Objects:
         self._sums = {name: np.ascontiguousarray(values, np.float32) for name, values in sums.items()}
         if any(len(values) != len(self.all) for values in self._sums.values()):
             raise ValueError("features of another number of objects")
+        self._make_room(max(64, 2 * len(self.all)))
 
     def merge(self, into: NDArray[np.intp], voxels: Voxels) -> None:
         """Fold each object i into object into[i] (itself: it stays; -1: it goes), here and in the voxels."""
@@ -181,9 +190,8 @@ class Objects:
         names = np.where(into >= 0, number[into], -1).astype(np.int32)
         voxels.rename(names)
         self.all = [self.all[i] for i in stays.tolist()]
-        for space, sums in self._sums.items():
-            kept = sums[stays]
-            self._sums[space] = np.concatenate([kept, np.zeros((max(64, len(kept)), sums.shape[1]), np.float32)])
+        self._sums = {space: sums[stays] for space, sums in self._sums.items()}
+        self._make_room(max(64, 2 * len(stays)))
         self._background = {label: int(names[at]) for label, at in self._background.items() if names[at] >= 0}
 
     @staticmethod

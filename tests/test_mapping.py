@@ -334,6 +334,21 @@ def test_detections_without_features_are_matched_by_place() -> None:
     assert len(mapper.scene("room").objects) == 5
 
 
+def test_features_may_come_late_and_stay_away() -> None:
+    mapper = Mapper()
+    for index in range(9):
+        frame, found = room_frame(index)
+        mapper.step(frame, found if index % 3 == 1 else dataclasses.replace(found, features=None))
+    for number in range(70):  # more objects than there is room for at first, none of them with features
+        frame, _ = room_frame(0)
+        masks = np.zeros((1, *frame.depth.shape), np.bool_)
+        masks[0, 100:110, 2 * number : 2 * number + 10] = True
+        mapper.step(frame, checked(masks, where="x", labels=[f"tile {number}"]))
+    mapper.finish()
+    check_scene(mapper.scene("room"))
+    assert {"table", "box", "vase"} <= set(by_tag(mapper.scene("room")))
+
+
 # -- fusing and care
 
 
