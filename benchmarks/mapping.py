@@ -41,22 +41,26 @@ class Reference:
 
 
 REFERENCE = {
-    25: Reference(
+    "o25_f200_s0_d512": Reference(
         cpu=1.22, peak_gb=2.2, file_mb=18.8, open_s="3.0-5.6", found="23/23", missed=0, duplicates=0, purity=0.60
     ),
-    50: Reference(
+    "o50_f200_s0_d512": Reference(
         cpu=1.45, peak_gb=3.3, file_mb=20.2, open_s="7.9-11", found="48/49", missed=1, duplicates=1, purity=0.58
     ),
-    100: Reference(
+    "o50_f200_s0_d512_n0": Reference(
+        cpu=0.77, peak_gb=3.2, file_mb=11.9, open_s="8.8", found="48/49", missed=1, duplicates=6, purity=0.75
+    ),
+    "o100_f200_s0_d512": Reference(
         cpu=2.69, peak_gb=3.0, file_mb=36.9, open_s="9.8", found="95/95", missed=0, duplicates=2, purity=0.67
     ),
-    200: Reference(
+    "o200_f200_s0_d512": Reference(
         cpu=2.61, peak_gb=3.6, file_mb=50.4, open_s="8.2", found="181/185", missed=4, duplicates=2, purity=0.72
     ),
-    400: Reference(
+    "o400_f200_s0_d512": Reference(
         cpu=2.97, peak_gb=4.1, file_mb=57.6, open_s="16.3", found="325/346", missed=21, duplicates=2, purity=0.75
     ),
 }
+"""{the generator's name of a sequence: the reference on it}."""
 
 
 def main() -> None:
@@ -127,7 +131,6 @@ def measure(sequence: Path, detections: str | None) -> dict[str, Any]:
     score = evaluate(scene, read_truth(sequence))
     return {
         "name": sequence.name,
-        "objects": json.loads((sequence / "meta.json").read_text())["args"]["objects"],
         "frames": len(mapping),
         "read": sum(reading) / len(mapping),
         "detections": sum(looking) / len(mapping),
@@ -163,7 +166,7 @@ def report(found: list[dict[str, Any]]) -> None:
     """The tables."""
     rows = []
     for one in found:
-        known = REFERENCE.get(one["objects"])
+        known = REFERENCE.get(one["name"])
         rows.append(
             [
                 one["name"],
@@ -186,7 +189,7 @@ def report(found: list[dict[str, Any]]) -> None:
     )
     rows = []
     for one in found:
-        known, score = REFERENCE.get(one["objects"]), one["score"]
+        known, score = REFERENCE.get(one["name"]), one["score"]
         for who in ("cgdb", "reference") if known else ("cgdb",):
             if who == "cgdb":
                 cells = [

@@ -206,6 +206,11 @@ def _detector(options: Namespace, recording: Recording) -> Detector:
 
     if options.detections == "geometry":
         return GeometricDetector(up=options.up or recording.up)
+    if options.detections and options.detections.startswith("models:"):
+        from cgdb.ingest.models import load_detector
+
+        segmenter, _, describer = options.detections.removeprefix("models:").partition(",")
+        return load_detector(segmenter or "facebook/sam-vit-huge", describer or "laion/CLIP-ViT-H-14-laion2B-s32B-b79K")
     found = find_detections(
         Path(options.sequence),
         path=Path(options.detections) if options.detections else None,

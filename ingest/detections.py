@@ -74,6 +74,7 @@ def checked(
     labels: Sequence[str] | None = None,
     features: NDArray[np.generic] | None = None,
     text_features: NDArray[np.generic] | None = None,
+    space: str = "clip",
 ) -> Detections:
     """Detections of arrays that come from a file: aligned, finite, features brought to unit length; FormatError."""
     n = len(masks)
@@ -97,6 +98,7 @@ def checked(
         labels=names,
         features=_unit(features, n, where, "features"),
         text_features=_unit(text_features, n, where, "text features"),
+        space=space,
     )
 
 

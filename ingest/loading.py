@@ -109,7 +109,10 @@ def _detect(source: Source) -> str:
     for name, module in FORMATS.items():
         if import_module(module).matches(source):
             return name
-    raise FormatError(f"this is {_described(source)}, which is no map", hint=f"cgdb reads: {one_of(FORMATS, most=20)}")
+    hint = "give the map files in it, such as *.json or pcd_*.pkl.gz" if source.kind == "folder" else None
+    raise FormatError(
+        f"this is {_described(source)}, which is no map", hint=hint or f"cgdb reads: {one_of(FORMATS, most=20)}"
+    )
 
 
 def _read(source: Source, name: str | None, format: str | None, part: str | None) -> SceneGraph:
