@@ -81,6 +81,21 @@ def ask(
     return _Asking(db, question, model, previous, image, scenes, as_of, limits, encoder_of).answer(rerank)
 
 
+def _named(scenes: Sequence[str], question: str) -> tuple[tuple[str, ...], str]:
+    """The scenes that a question names ("... in office2?"), and the question without that."""
+    named = []
+    for name in sorted(scenes, key=len, reverse=True):
+        place = re.compile(
+            rf"\s*\b(?:in|of|from|within|inside|at)\s+(?:the\s+)?(?:scene\s+|map\s+)?['\"]?{re.escape(name)}\b['\"]?",
+            re.I,
+        )
+        rest = place.sub("", question)
+        if rest != question and any(c.isalnum() for c in rest):
+            named.append(name)
+            question = rest
+    return tuple(named), question
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Draft:
     """A statement that was run. nearest: it gave no rows, and those that are there are the nearest things."""
@@ -112,8 +127,12 @@ class _Asking:
         self.db, self.model, self.previous = db, model, previous
         self.as_of, self.limits = as_of, limits or Limits(seconds=SECONDS)
         self.image = None if image is None else Path(image)
-        self.scenes = tuple(scenes)
-        names = self.scenes or tuple(info.name for info in db.scenes(as_of))
+        there = tuple(info.name for info in db.scenes(as_of))
+        named, self.asked = (tuple(scenes), self.asked) if scenes or len(there) < 2 else _named(there, self.asked)
+        self.scenes = named
+        if named and not scenes:
+            self.warnings.append(f"asked of scene {one_of(named)} only, which the question names")
+        names = self.scenes or there
         self.views = [db.view(name, as_of) for name in names]
         self.catalog: Catalog = merge(view.catalog for view in self.views)
         self.meter = Meter(0.0) if model is None else model.meter()

@@ -87,6 +87,8 @@ class Parameters:
 def _text_meaning(text: str, span: Span) -> TextMeaning:
     if not text.strip():
         raise BindError("'~' needs a text that says something; this one is empty", span=span)
+    if not any(letter.isalnum() for letter in text):
+        raise BindError(f"'~' needs a text with words in it; {text[:20]!r} has none", span=span)
     return TextMeaning(text=text)
 
 

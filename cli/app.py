@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say(error.render())
         return error.exit_code
     except KeyboardInterrupt:
-        _say("interrupted; nothing that was not finished has been written")
+        _say("interrupted; what was finished is kept, and nothing is half written")
         return 130
     except BrokenPipeError:
         # `cgdb query ... | head` ends quietly, as other tools do; what Python has yet to write goes nowhere.
@@ -74,7 +74,10 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
 def _with_shell(arguments: Sequence[str], commands: Container[str]) -> list[str]:
     """`cgdb STORE` is `cgdb shell STORE`, where STORE is a folder that is called as no command is."""
     given = list(arguments)
-    if given and not given[0].startswith("-") and given[0] not in commands and os.path.isdir(given[0]):  # noqa: PTH112
+    if not given or given[0].startswith("-") or given[0] in commands:
+        return given
+    # What looks like a path is one, also where there is nothing yet: the shell then says that there is no store.
+    if os.path.isdir(given[0]) or given[0].endswith(".cgdb") or os.sep in given[0]:  # noqa: PTH112
         return ["shell", *given]
     return given
 
@@ -190,7 +193,7 @@ def _mapping(commands: Any) -> None:
     mapping.add_argument("--size", metavar="WxH", help="bring frames to this size (that of the depth)")
     mapping.add_argument("--up", choices=("x", "y", "z", "-x", "-y", "-z"), help="the map's axis against gravity")
     mapping.add_argument(
-        "--detections", metavar="PATH", help="detections made earlier; geometry: by shape and colour, without a model"
+        "--detections", metavar="PATH", help="files made earlier; geometry, without a model; models:SAM,CLIP, by name"
     )
     mapping.add_argument("--detection-kind", metavar="KIND", help="what these are, where their files do not tell")
     mapping.add_argument("--encoder", help="the encoder of the features, such as open_clip:ViT-H-14:laion2b_s32b_b79k")

@@ -75,6 +75,8 @@ def show(result: Result, form: str, *, why: bool = False, everything: bool = Fal
     single = len(result.columns) == 1 and all(isinstance(row.values[0], StoredNode) for row in shown)
     columns = (*result.columns, "caption") if single else result.columns
     rows = [(*row.values, row.values[0].caption) if single else row.values for row in shown]  # type: ignore[union-attr]
+    if (scenes := render.scene_column(shown)) is not None:
+        columns, rows = (*columns, "scene"), [(*row, scene) for row, scene in zip(rows, scenes, strict=True)]
     render.table(out, columns, rows, scores=[(row.score, row.fits) for row in shown], footer=_footer(result, shown))
     if why:
         for row in shown:

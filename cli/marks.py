@@ -24,6 +24,8 @@ def marks_of(db: cgdb.Database, result: Result | None) -> Marks:
     ids = [i for i, name in enumerate(result.columns) if name.endswith(".id") or name.startswith("id(")]
     scenes = [info.name for info in db.scenes()] if ids else []
     for number, row in enumerate(result.rows, start=1):
+        if not row.fits and not result.nothing_fits:
+            continue
         pairs = [pair for value in row.values for pair in _nodes(value)]
         pairs += [(scene, row.values[i]) for i in ids for scene in scenes if isinstance(row.values[i], (int, str))]
         for scene, node_id in pairs:

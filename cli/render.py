@@ -85,6 +85,17 @@ def _cell(value: Any) -> Any:
     return value
 
 
+def scene_column(rows: Sequence[Any]) -> list[str] | None:
+    """The scene of each row, where rows of several scenes are shown together: ids alone would not tell them apart."""
+    from cgdb.result import StoredNode, StoredRelation
+
+    told = [
+        next((value.scene for value in row.values if isinstance(value, (StoredNode, StoredRelation))), "")
+        for row in rows
+    ]
+    return told if len(set(told)) > 1 else None
+
+
 def table(
     out: Console,
     columns: Sequence[str],
@@ -93,25 +104,22 @@ def table(
     scores: Sequence[tuple[float, bool | None]] | None = None,
     footer: str | None = None,
 ) -> None:
-    """A table for a person. scores: (score, fits) per row, shown as a column with a mark."""
-    from rich import box
-    from rich.table import Table
+    """A table for a person; records where it does not fit the terminal. scores: (score, fits) per row."""
     from rich.text import Text
 
-    made = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False)
-    if scores is not None:
-        made.add_column("score", justify="right", no_wrap=True)
-    for name in columns:
-        made.add_column(clean(name), overflow="ellipsis", no_wrap=len(columns) > 3)
-    for number, row in enumerate(rows):
-        cells: list[Text] = []
-        if scores is not None:
-            score, fits = scores[number]
-            mark = "" if fits is None else " ✓" if fits else "  "
-            cells.append(Text(f"{score:.2f}{mark}", style="green" if fits else "dim"))
-        faint = "dim" if scores is not None and scores[number][1] is False else ""
-        cells.extend(Text(clean(value), style=faint) for value in row)
-        made.add_row(*cells)
-    out.print(made)
+    from cgdb.cli import tables
+    from cgdb.cli.screen import Screen
+    from cgdb.cli.settings import Settings
+
+    screen = Screen(Settings())
+    marks = None if scores is None else [(score, fits is not False) for score, fits in scores]
+    made = tables.grid(columns, list(rows), scores=marks)
+    width = screen.width if screen.terminal else None
+    lines = tables.table(made, screen, width=width, bars=False, numbered=False)
+    if lines is None:
+        records = (tables.record(made, n, screen, width=width, bars=False) for n in range(len(made.cells)))
+        lines = [line for record in records for line in record]
+    for line in lines if made.cells else ():
+        out.print(line, soft_wrap=True)
     if footer:
-        out.print(Text(footer, style="dim"))
+        out.print(Text(footer, style="dim"), soft_wrap=True)

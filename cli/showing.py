@@ -81,6 +81,8 @@ def cells(result: Result, rows: Sequence[Row], first: int = 1) -> Grid:
         else row.values
         for row in rows
     ]
+    if (scenes := render.scene_column(rows)) is not None:
+        columns, values = (*columns, "scene"), [(*row, scene) for row, scene in zip(values, scenes, strict=True)]
     told = any(not row.fits or row.score < 1.0 for row in result.rows)
     return grid(columns, values, scores=[(row.score, row.fits) for row in rows] if told else None, first=first)
 

@@ -125,7 +125,7 @@ def check(options: Namespace) -> int:
 
 def export(options: Namespace) -> int:
     """Write a scene to a file or to stdout."""
-    from cgdb.export import dumps, format_of
+    from cgdb.export import document, format_of
 
     with cgdb.open(options.store, text_encoder=None) as db:
         names = [scene.name for scene in db.scenes(_moment(options.as_of))]
@@ -140,10 +140,11 @@ def export(options: Namespace) -> int:
         }
         if options.output == "-":
             scene = db.scene(name, as_of=_moment(options.as_of), skip_damaged=options.skip_damaged)
-            text = dumps(scene, form, **chosen)
-            render.write(text.rstrip("\n"))
+            written = document(scene, form, **chosen)
+            render.write("".join(written.pieces).rstrip("\n"))
+            notes = written.notes
         else:
-            db.export(
+            exported = db.export(
                 name,
                 options.output,
                 form,
@@ -151,7 +152,10 @@ def export(options: Namespace) -> int:
                 skip_damaged=options.skip_damaged,
                 **chosen,
             )
+            notes = exported.notes
             sys.stderr.write(f"wrote {options.output}\n")
+    for note in notes:
+        sys.stderr.write(f"note: {render.clean(note)}\n")
     return 0
 
 

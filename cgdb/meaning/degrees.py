@@ -179,9 +179,9 @@ class Degrees:
 
     def _features(self, space: FeatureSpace) -> scoring.Space:
         index = self._view.vectors(space.name)
-        made = self._space_encoder(space)
+        made = self._encoders.space(space)
         behind = None
-        if made is not None:
+        if made is not None and not isinstance(made, CgdbError):
             with contextlib.suppress(EncoderError):  # a vocabulary may lack the background: the scene itself stands in
                 behind = self._encoders.encode(made, background.names())
         return scoring.Space(keys=index.keys, vectors=index.matrix, background=behind)

@@ -82,7 +82,7 @@ def _prove(
         if len(new) - len(old) != count or (sum(new) - sum(old) - digests) & MASK:
             raise CorruptionError(
                 f"scene '{scene}': {part} that changed between revisions {ends[0]} and {ends[1]} are not complete",
-                hint="`cgdb check` tells what can still be read",
+                hint="`cgdb check` lists what is damaged; `cgdb export --skip-damaged` saves the rest",
             )
 
 

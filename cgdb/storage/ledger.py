@@ -215,7 +215,8 @@ class Ledger:
             scene_id, old = self._find(connection, scene, number)
             if on_existing == "error" and old is not None and not old.removed:
                 raise StoreError(
-                    f"there is a scene '{scene}' already", hint="replace it, merge into it, or give another name"
+                    f"there is a scene '{scene}' already",
+                    hint="replace it (--on-existing replace), merge into it (merge), or give another name (--name)",
                 )
             writer = SceneWriter(
                 self._engine,

@@ -52,7 +52,7 @@ class PartSum:
             raise CorruptionError(
                 f"scene '{self._info.name}': {self._part} of revision {self._info.revision} are not complete: "
                 f"{self._count} rows were read, {expected[0]} were written",
-                hint="`cgdb check` tells what can still be read",
+                hint="`cgdb check` lists what is damaged; `cgdb export --skip-damaged` saves the rest",
             )
 
 
@@ -285,7 +285,7 @@ def _expect(info: SceneInfo, part: str, holds: bool) -> None:
     if not holds:
         raise CorruptionError(
             f"scene '{info.name}': {part} cannot be looked up: the ledger's index does not fit its rows",
-            hint="`cgdb check` tells what can still be read",
+            hint="`cgdb check` lists what is damaged; `cgdb export --skip-damaged` saves the rest",
         )
 
 
