@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cgdb.errors import FormatError, UsageError
+from cgdb.errors import FormatError, StoreError, UsageError
 from cgdb.ingest.mapper import Mapper, Mapping
 from cgdb.ingest.voxels import COLUMNS, SLOTS
 
@@ -39,7 +39,7 @@ def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
         half.replace(path)
     except OSError as error:
         half.unlink(missing_ok=True)
-        raise FormatError(f"{path}: the state of the mapping cannot be written: {error.strerror or error}") from error
+        raise StoreError(f"{path}: the state of the mapping cannot be written: {error.strerror or error}") from error
 
 
 def load(path: Path, how: Mapping) -> tuple[Mapper, dict[str, int]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cgdb.errors import FormatError, SceneError, UsageError
+from cgdb.errors import FormatError, SceneError, StoreError, UsageError
 from cgdb.ingest import checkpoint, tidy
 from cgdb.ingest.associate import Association
 from cgdb.ingest.detections import Selection, checked, select
@@ -181,6 +181,21 @@ def test_a_checkpoint_goes_on_as_if_nothing_had_been(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(FormatError, match="cannot be read"):
         checkpoint.load(path, Mapping())
+
+
+def test_a_full_disk_leaves_the_state_that_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "state.npz"
+    mapper = mapped(3)
+    checkpoint.save(mapper, path, {"here": 3})
+    before = path.read_bytes()
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(StoreError, match="No space left"):
+        checkpoint.save(mapper, path, {"here": 4})
+    assert path.read_bytes() == before and len(list(tmp_path.iterdir())) == 1
 
 
 def test_geometry_alone_finds_the_things() -> None:
