@@ -122,14 +122,15 @@ class _Asking:
         encoder_of: EncoderOf,
     ) -> None:
         self.warnings: list[str] = []
-        self.question = self._checked(question, has_picture=image is not None)
-        self.asked = self.question
+        self.given = self.question = self._checked(question, has_picture=image is not None)
         self.db, self.model, self.previous = db, model, previous
         self.as_of, self.limits = as_of, limits or Limits(seconds=SECONDS)
         self.image = None if image is None else Path(image)
         there = tuple(info.name for info in db.scenes(as_of))
-        named, self.asked = (tuple(scenes), self.asked) if scenes or len(there) < 2 else _named(there, self.asked)
-        self.scenes = named
+        named = tuple(scenes)
+        if not named and len(there) > 1:
+            named, self.question = _named(there, self.question)
+        self.scenes, self.asked = named, self.question
         if named and not scenes:
             self.warnings.append(f"asked of scene {one_of(named)} only, which the question names")
         names = self.scenes or there
@@ -388,7 +389,7 @@ class _Asking:
         nodes = [node for row in draft.result.rows[:CANDIDATES] if (node := first_node(row)) is not None]
         asked_model = self.model is not None and self.meter.usage.calls > 0
         return Answer(
-            question=self.question,
+            question=self.given,
             query=draft.result.query,
             understood=draft.understood or ((self.asked,) if self.asked != self.question else ()),
             result=draft.result,
@@ -455,6 +456,8 @@ def _explained(result: Result) -> str:
     weakest = min(best.why, key=lambda reason: reason.degree, default=None)
     lacks = f", but {clean(str(weakest.asked), 120)} is only {weakest.degree:.2f}" if weakest else ""
     name = first_node(best)
+    if name is None and result.columns[0] == "count":
+        return "count is 0"
     return f"nothing fits; the nearest is {name if name is not None else 'another row'}{lacks}"
 
 

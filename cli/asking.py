@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -9,11 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import render, values
-from cgdb.errors import UsageError
+from cgdb.errors import ParseError, UsageError
 from cgdb.result import StoredNode
 
 if TYPE_CHECKING:
     from cgdb.result import Result, Row
+
+
+_PLAIN = re.compile(r"\s*(what|where|which|who|how|is|are|can|find|show|something|somewhere|a|an|the)\b", re.I)
 
 
 def query(options: Namespace) -> int:
@@ -23,7 +27,12 @@ def query(options: Namespace) -> int:
         raise UsageError(f"--timeout takes seconds above 0, not {options.timeout:g}")
     limits = cgdb.Limits(seconds=options.timeout)
     with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
-        result = db.query(text, values.parameters(options.parameters), limits=limits)
+        try:
+            result = db.query(text, values.parameters(options.parameters), limits=limits)
+        except ParseError as error:
+            if _PLAIN.match(text):
+                error.hint = f'a question in plain words goes to: cgdb ask {options.store} "..."'
+            raise
         warn(result.warnings)
         show(result, options.format or "table", why=options.why, everything=options.all)
     return 0

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import cgdb
 from cgdb.asked import Answer
 from cgdb.database import Database
 from cgdb.errors import ExecuteError, UsageError
@@ -648,3 +649,16 @@ def test_rerank_by_asks_the_configured_model(db: Database, monkeypatch: pytest.M
         assert [c["id"] for c in shown] == ["1", "2", "8"]
         assert len(db.query("EXPLAIN " + statement)) > 0
         assert len(at.requests) == 1
+
+
+def test_a_scene_that_the_question_names_is_the_one_that_is_asked(tmp_path: Path) -> None:
+    with cgdb.open(tmp_path / "two.cgdb", create=True, text_encoder=None) as db:
+        for name, count in (("office2", 3), ("kitchen1", 1)):
+            objects = tuple(cgdb.SceneObject(id=i, tag="chair", caption="a chair") for i in range(count))
+            db.add(cgdb.SceneGraph(name=name, objects=objects))
+        assert db.ask("how many chairs are in office2?", model=False).rows[0].values[0] == 3
+        answer = db.ask("how many chairs are there in the kitchen1?", model=False)
+        assert answer.rows[0].values[0] == 1
+        assert answer.question == "how many chairs are there in the kitchen1?"
+        assert any("kitchen1" in line for line in answer.warnings)
+        assert db.ask("how many elephants are in office2?", model=False).explanation == "count is 0"
