@@ -37,6 +37,7 @@ class Command:
 COMMANDS: Mapping[str, Command] = {
     "help": Command(home="helping:help_", takes="[topic]", kind="topic", says="this list, or a topic of the language"),
     "quit": Command(home="commands:quit_", says="leave (Ctrl-D)"),
+    "ask": Command(home="plainly:ask", takes="question", says="a question in plain words; bare words are one too"),
     "all": Command(home="looking:all_", says="every row of the last result, in the pager"),
     "x": Command(home="looking:records", takes="[row|on|off]", says="one record per page; or one row; or always"),
     "why": Command(home="looking:why", takes="[row|all]", says="why a row of the last result is there"),

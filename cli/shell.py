@@ -93,7 +93,12 @@ def run(session: Session, piece: script.Piece) -> None:
             # Whoever comes from sqlite3 or psql.
             name = piece.text[1:].split()[0]
             raise UsageError(f"commands begin with a colon: ':{name}'", hint="`:help` lists them")
-        show(session, session.ask(piece.text))
+        from cgdb.cli import plainly
+
+        if plainly.is_question(piece.text):
+            plainly.ask(session, piece.text)
+        else:
+            show(session, session.ask(piece.text))
 
 
 def report(session: Session, error: CgdbError, *, where: str = "", typed: str | None = None, lead: int = 0) -> None:
