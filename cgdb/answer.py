@@ -392,8 +392,3 @@ def _identity(value: Any) -> Any:
     if isinstance(value, Path):
         return tuple(map(_identity, value.relations))
     return value
-
-
-def describe_edge(edge: BoundEdge) -> str:
-    """An edge as the plan and the reasons name it."""
-    return "|".join(edge.labels) or "any relation"

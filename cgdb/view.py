@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -290,18 +290,6 @@ class SceneView:
             )
             for relation, (source, target) in zip(found, ends.tolist(), strict=True)
         ]
-
-    def edges(self, labels: Sequence[str]) -> tuple[Positions, Positions, NDArray[np.float64]]:
-        """Source positions, target positions and confidences of all relations with one of these labels (none: all)."""
-        test = "WHERE r.label IN $labels " if labels else ""
-        table = self.graph.run(
-            f"MATCH (a:Node)-[r:Rel]->(b:Node) {test}RETURN a.key AS a, b.key AS b, r.confidence AS c",
-            {"labels": list(labels)} if labels else {},
-        )
-        source = self.columns.positions(np.asarray(table.data[0], np.int64))
-        target = self.columns.positions(np.asarray(table.data[1], np.int64))
-        order = np.lexsort((target, source))
-        return source[order], target[order], np.asarray(table.data[2], np.float64)[order]
 
 
 def _objects(values: list[Any]) -> NDArray[np.object_]:

@@ -38,11 +38,6 @@ class Encoders:
         self._asked: dict[tuple[str, str], Floats] = {}
         self._lock = threading.RLock()
 
-    @property
-    def text_name(self) -> str | None:
-        """The name of the caption encoder; None where the store does without."""
-        return self._text if isinstance(self._text, str) or self._text is None else self._text.name
-
     def text(self) -> Encoder | CgdbError | None:
         """The caption encoder, or why there is none; None where the store does without."""
         if self._text is None or not isinstance(self._text, str):
