@@ -49,6 +49,7 @@ class Executor:
         self._budget = budget
         self._profile = profile
         self._subplans: dict[ast.Pattern, Plan] = {}
+        self._truths: tuple[Bindings | None, dict[ast.Pattern, Truth]] = (None, {})
         self.evaluator = Evaluator(view, query.meanings, self.pattern_truth, asked_of(query))
 
     def rows(self, plan: Plan) -> Bindings:
@@ -71,7 +72,18 @@ class Executor:
         return self._match(plan, known)
 
     def pattern_truth(self, pattern: ast.Pattern, rows: Bindings) -> Truth:
-        """The degree of a pattern used as a condition: of its best match, for the nodes that each row gives it."""
+        """The degree of a pattern used as a condition: of its best match, for the nodes that each row gives it.
+
+        Remembered for the rows that were asked last: a condition may say the same pattern twice.
+        """
+        if self._truths[0] is not rows:
+            self._truths = (rows, {})
+        known = self._truths[1]
+        if pattern not in known:
+            known[pattern] = self._pattern_truth(pattern, rows)
+        return known[pattern]
+
+    def _pattern_truth(self, pattern: ast.Pattern, rows: Bindings) -> Truth:
         found, shared = self._pattern_matches(pattern, rows)
         best = found.best_per([found.nodes[name] for name in shared])
         if not shared:
