@@ -10,7 +10,7 @@ import pytest
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SAYS = {
-    "01_ask_a_map.py": ["potted plant", "juice carton", "bedside lamp"],
+    "01_ask_a_map.py": ["potted plant", "water bottle", "bedside lamp"],
     "02_search_by_vector.py": ["running shoes", "scissors"],
     "03_export_for_a_planner.py": ["flat.graphml", '"object_tag": "sofa"', "objects left out"],
     "04_script_graph_queries.py": ["living room", "toolbox", "may be stored in", "connected part"],
