@@ -157,7 +157,7 @@ import numpy as np
 import cgdb
 path = sys.argv[1]
 with cgdb.open(path, text_encoder=None) as db:
-    step = 0
+    step = 1000 * int(sys.argv[2])  # no process writes what another has written: that would be no revision
     while True:
         step += 1
         objects = tuple(
@@ -174,8 +174,9 @@ with cgdb.open(path, text_encoder=None) as db:
 def check_killed(store: Path, times: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     done = 1
-    for _ in range(times):
-        process = subprocess.Popen([sys.executable, "-c", KILLED, str(store)], stdout=subprocess.PIPE, text=True)
+    for number in range(times):
+        command = [sys.executable, "-c", KILLED, str(store), str(number)]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert process.stdout is not None
         process.stdout.readline()
         time.sleep(float(rng.uniform(0.0, 0.3)))
