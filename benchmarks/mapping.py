@@ -88,10 +88,10 @@ def main() -> None:
 def measure(sequence: Path, detections: str | None) -> dict[str, Any]:
     """Map one sequence; everything that is reported about it."""
     import cgdb
-    from cgdb.ingest.detection_files import find_detections
-    from cgdb.ingest.evaluate_mapping import evaluate, read_truth
-    from cgdb.ingest.frames import open_recording
-    from cgdb.ingest.mapper import Mapper
+    from cgdb.ingest.detections.files import find_detections
+    from cgdb.ingest.evaluation.mapping import evaluate, read_truth
+    from cgdb.ingest.frames.recording import open_recording
+    from cgdb.ingest.mapping.mapper import Mapper
 
     recording = open_recording(sequence)
     detector = find_detections(sequence, path=sequence / detections if detections else None)
@@ -148,8 +148,8 @@ def measure(sequence: Path, detections: str | None) -> dict[str, Any]:
 
 def growth(sequence: Path, detections: str | None, mapper: Any, before: list[float]) -> float:
     """The CPU time of the first quarter's frames on the whole map, over what they took when it was nearly empty."""
-    from cgdb.ingest.detection_files import find_detections
-    from cgdb.ingest.frames import open_recording
+    from cgdb.ingest.detections.files import find_detections
+    from cgdb.ingest.frames.recording import open_recording
 
     detector = find_detections(sequence, path=sequence / detections if detections else None)
     assert detector is not None

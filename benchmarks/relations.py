@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.ingest.boxes import Boxes, near_pairs, prisms
-from cgdb.ingest.relate import Limits, contained_in_places, geometric_relations
+from cgdb.ingest.relations.boxes import Boxes, near_pairs, prisms
+from cgdb.ingest.relations.relate import Limits, contained_in_places, geometric_relations
 from cgdb.scene import ObjectId, Place, SceneGraph, SceneObject
 
 STRUCTURE = {"Walls", "Ceiling", "Floor", "Floors", "Rooms"}

@@ -100,7 +100,7 @@ def _stream(
 ) -> tuple[int, int | None, str, list[str]]:
     """Import line by line; of the objects only ids and boxes stay in memory, for the relations between them."""
     from cgdb import ingest
-    from cgdb.ingest.outline import Outline
+    from cgdb.ingest.relations.outline import Outline
 
     stream = ingest.stream(path, name=options.name, format=options.format)
     header = stream.header

@@ -18,16 +18,16 @@ from cgdb.errors import FormatError, UsageError
 
 if TYPE_CHECKING:
     from cgdb.database import OnExisting
-    from cgdb.ingest.detections import Detector
-    from cgdb.ingest.frames import Recording
-    from cgdb.ingest.mapper import Mapper, Mapping
+    from cgdb.ingest.detections.detections import Detector
+    from cgdb.ingest.frames.recording import Recording
+    from cgdb.ingest.mapping.mapper import Mapper, Mapping
     from cgdb.scene import SceneGraph
 
 
 def map_recording(options: Namespace) -> int:
     """Map a recording into a store."""
-    from cgdb.ingest.frames import open_recording
-    from cgdb.ingest.mapper import Mapper
+    from cgdb.ingest.frames.recording import open_recording
+    from cgdb.ingest.mapping.mapper import Mapper
 
     how = _parameters(options)
     recording = open_recording(
@@ -116,8 +116,8 @@ class _Job:
 
     def write(self, *, last: bool = False) -> tuple[SceneGraph, int | None]:
         """The map so far as a revision, and the state from which to go on beside it."""
-        from cgdb.ingest import checkpoint
-        from cgdb.ingest.relate import with_geometry
+        from cgdb.ingest.mapping import checkpoint
+        from cgdb.ingest.relations.relate import with_geometry
 
         if not last or self.options.keep_state:
             # The state of before the last care: more frames can be mapped from it as if nothing had been.
@@ -201,13 +201,13 @@ def _asked_to_stop() -> Iterator[list[int]]:
 
 
 def _detector(options: Namespace, recording: Recording) -> Detector:
-    from cgdb.ingest.detection_files import find_detections
-    from cgdb.ingest.segment import GeometricDetector
+    from cgdb.ingest.detections.files import find_detections
+    from cgdb.ingest.detections.segment import GeometricDetector
 
     if options.detections == "geometry":
         return GeometricDetector(up=options.up or recording.up)
     if options.detections and options.detections.startswith("models:"):
-        from cgdb.ingest.models import load_detector
+        from cgdb.ingest.detections.models import load_detector
 
         segmenter, _, describer = options.detections.removeprefix("models:").partition(",")
         return load_detector(segmenter or "facebook/sam-vit-huge", describer or "laion/CLIP-ViT-H-14-laion2B-s32B-b79K")
@@ -221,9 +221,9 @@ def _detector(options: Namespace, recording: Recording) -> Detector:
 
 
 def _parameters(options: Namespace) -> Mapping:
-    from cgdb.ingest.associate import Association
-    from cgdb.ingest.mapper import Mapping
-    from cgdb.ingest.tidy import Tidying
+    from cgdb.ingest.mapping.associate import Association
+    from cgdb.ingest.mapping.mapper import Mapping
+    from cgdb.ingest.mapping.tidy import Tidying
 
     if not 0.005 <= options.voxel <= 0.5:
         raise UsageError(f"--voxel is in metres, 0.005 to 0.5, not {options.voxel}")
@@ -242,7 +242,7 @@ def _parameters(options: Namespace) -> Mapping:
 
 
 def _begin(state: Path, how: Mapping, options: Namespace) -> tuple[Mapper, dict[str, int]]:
-    from cgdb.ingest import checkpoint
+    from cgdb.ingest.mapping import checkpoint
 
     if not state.is_file():
         raise UsageError(
@@ -267,7 +267,7 @@ def _file_name(name: str) -> str:
 
 
 def _intrinsics(text: str | None) -> Any:
-    from cgdb.ingest import poses
+    from cgdb.ingest.frames import poses
 
     if text is None:
         return None

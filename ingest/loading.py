@@ -61,7 +61,7 @@ def load(
         scene = _read(source, name, format, part)
         check_scene(scene)
     if relate and any(obj.center is not None for obj in scene.objects):
-        from cgdb.ingest.relate import with_geometry
+        from cgdb.ingest.relations.relate import with_geometry
 
         scene = with_geometry(scene)
     return scene

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.ingest import poses
-from cgdb.ingest.detections import Detections, checked
-from cgdb.ingest.frames import Frame
+from cgdb.ingest.detections.detections import Detections, checked
+from cgdb.ingest.frames import poses
+from cgdb.ingest.frames.recording import Frame
 
 WIDTH, HEIGHT, FOCAL = 160, 120, 120.0
 K = poses.intrinsics(FOCAL, FOCAL, 79.5, 59.5)

@@ -89,7 +89,7 @@ def test_architecture_names_the_modules_there_are() -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
     rooms = [ROOT / room for room in ("grammar", "ingest", "cli")]
     rooms += [ROOT / "cgdb", *(path for path in (ROOT / "cgdb").iterdir() if path.is_dir() and not path.is_symlink())]
-    there = {path.stem for room in rooms for path in room.glob("*.py")}
+    there = {path.stem for room in rooms for path in room.rglob("*.py")}
     named = set(re.findall(r"`([a-z0-9_]+)`", text))
     missing = {name for name in there if not name.startswith("__")} - named
     assert not missing, f"ARCHITECTURE.md does not name {sorted(missing)}"

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError, UsageError
-from cgdb.ingest import poses
-from cgdb.ingest.frames import LAYOUTS, Frame, open_recording
-from cgdb.ingest.lift import unproject
+from cgdb.ingest.frames import poses
+from cgdb.ingest.frames.recording import LAYOUTS, Frame, open_recording
+from cgdb.ingest.mapping.lift import unproject
 from tests.mapping_rooms import looking
 
 Image = pytest.importorskip("PIL.Image")
@@ -411,7 +411,7 @@ def test_the_real_frames(data: Path) -> None:
     assert recording.layout == "redwood" and len(frames) == 5 and recording.up == "y"
     assert recording.K[0, 0] == 525.0
     # The same corner of the room in the first and last frame: the clouds must lie on each other.
-    from cgdb.ingest.evaluate_mapping import nearest
+    from cgdb.ingest.evaluation.mapping import nearest
 
     one, two = (unproject(f, np.flatnonzero(f.depth.reshape(-1) > 0)[::37]) for f in (frames[0], frames[-1]))
     distance_m, _ = nearest(one, two, 0.2)

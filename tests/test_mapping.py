@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from cgdb.errors import FormatError, SceneError, StoreError, UsageError
-from cgdb.ingest import checkpoint, tidy
-from cgdb.ingest.associate import Association
-from cgdb.ingest.detections import Selection, checked, select
-from cgdb.ingest.evaluate_mapping import Truth, evaluate, nearest
-from cgdb.ingest.frames import open_recording
-from cgdb.ingest.fuse import Objects
-from cgdb.ingest.lift import Lifting, components, lift, pieces, shrunk, unproject, usable_pixels
-from cgdb.ingest.mapper import Mapper, Mapping
-from cgdb.ingest.relate import with_geometry
-from cgdb.ingest.segment import GeometricDetector
-from cgdb.ingest.similarity import iou
-from cgdb.ingest.upright import upright_box
-from cgdb.ingest.voxels import Voxels
+from cgdb.ingest.detections.detections import Selection, checked, select
+from cgdb.ingest.detections.segment import GeometricDetector
+from cgdb.ingest.evaluation.mapping import Truth, evaluate, nearest
+from cgdb.ingest.frames.recording import open_recording
+from cgdb.ingest.mapping import checkpoint, tidy
+from cgdb.ingest.mapping.associate import Association
+from cgdb.ingest.mapping.fuse import Objects
+from cgdb.ingest.mapping.lift import Lifting, components, lift, pieces, shrunk, unproject, usable_pixels
+from cgdb.ingest.mapping.mapper import Mapper, Mapping
+from cgdb.ingest.mapping.similarity import iou
+from cgdb.ingest.mapping.upright import upright_box
+from cgdb.ingest.mapping.voxels import Voxels
+from cgdb.ingest.relations.relate import with_geometry
 from cgdb.scene import SceneGraph, check_scene
 from tests.mapping_rooms import ROOM, Box, render, room_frame
 

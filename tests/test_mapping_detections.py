@@ -13,9 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError, UsageError
-from cgdb.ingest.coco import mask_of, unpacked
-from cgdb.ingest.detection_files import FileDetector, find_detections
-from cgdb.ingest.frames import Frame
+from cgdb.ingest.detections.coco import mask_of, unpacked
+from cgdb.ingest.detections.files import FileDetector, find_detections
+from cgdb.ingest.frames.recording import Frame
 from tests.mapping_rooms import room_frame
 
 Image = pytest.importorskip("PIL.Image")

@@ -12,11 +12,11 @@ library = pytest.importorskip("transformers")
 pytest.importorskip("PIL.Image")
 
 from cgdb.errors import EncoderError  # noqa: E402
-from cgdb.ingest.detections import Selection  # noqa: E402
-from cgdb.ingest.mapper import Mapper, Mapping  # noqa: E402
-from cgdb.ingest.model_clip import PictureEncoder, load_describer  # noqa: E402
-from cgdb.ingest.model_sam import Grid, SamGrid, load_sam  # noqa: E402
-from cgdb.ingest.models import ModelDetector, crop, load_detector  # noqa: E402
+from cgdb.ingest.detections.clip import PictureEncoder, load_describer  # noqa: E402
+from cgdb.ingest.detections.detections import Selection  # noqa: E402
+from cgdb.ingest.detections.models import ModelDetector, crop, load_detector  # noqa: E402
+from cgdb.ingest.detections.sam import Grid, SamGrid, load_sam  # noqa: E402
+from cgdb.ingest.mapping.mapper import Mapper, Mapping  # noqa: E402
 from tests.mapping_rooms import room_frame  # noqa: E402
 
 ANYTHING = Grid(side=3, quality=-1e9, stability=0.0, overlap=0.95, least_area=25, batch=4)

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cgdb.errors import SceneError
-from cgdb.ingest.boxes import Boxes, ground_gap, near_pairs, overlap_area, prisms, settle_sides
-from cgdb.ingest.relate import LABELS, Limits, contained_in_places, geometric_relations, with_geometry
+from cgdb.ingest.relations.boxes import Boxes, ground_gap, near_pairs, overlap_area, prisms, settle_sides
+from cgdb.ingest.relations.relate import LABELS, Limits, contained_in_places, geometric_relations, with_geometry
 from cgdb.scene import UP_AXES, Place, Relation, SceneGraph, SceneObject, check_scene
 
 Box = tuple[float, float, float, float, float, float]

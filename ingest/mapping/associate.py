@@ -1,0 +1,131 @@
+"""Which object of the map each detection shows: a semantic and a geometric similarity, summed, and a greedy choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.ingest.detections.detections import Detections
+from cgdb.ingest.mapping.fuse import Objects
+from cgdb.ingest.mapping.lift import Lifted
+from cgdb.ingest.mapping.similarity import box_similarity
+from cgdb.ingest.mapping.voxels import FACES, Ints, Voxels
+
+Spatial = Literal["overlap", "iou", "giou", "iou_accurate", "giou_accurate"]
+Semantic = Literal["paper", "cosine"]
+UNKNOWN = 0.8
+"""The semantic similarity where there are no features: geometry decides, at threshold - UNKNOWN."""
+HELD = 0.25
+"""A voxel is an object's, for association, where at least this share of its sightings were."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Association:
+    """How detections find their objects.
+
+    spatial: "overlap" is the paper's nnratio, the share of a detection's voxels that are the object's or share a face
+    with one that is; the others compare boxes. semantic: "paper" is cos / 2 + 1 / 2, "cosine" the reference's cos.
+    threshold: the least sum; the paper's 1.1 goes with "paper", the reference's 1.2 with "cosine". bias: weighs
+    (1 + bias) spatial + (1 - bias) semantic. alike: of several detections of one frame that would go to one object, all
+    but the most similar must look like it (cosine), or be things of their own that an earlier mask had swallowed; -1
+    lets them all in, as the paper does.
+    """
+
+    spatial: Spatial = "overlap"
+    semantic: Semantic = "paper"
+    threshold: float = 1.1
+    bias: float = 0.0
+    alike: float = 0.7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matches:
+    """objects (k,): the object of each detection, -1 for a new one. out_of (k,): of a new one, the object that has
+    been taking it in so far, else -1."""
+
+    objects: NDArray[np.intp]
+    out_of: NDArray[np.intp]
+
+
+def associate(
+    lifted: Lifted, found: Detections, objects: Objects, voxels: Voxels, how: Association, alone: NDArray[np.bool_]
+) -> Matches:
+    """Each detection's object. alone (k,): detections that are not to be asked for."""
+    matches = Matches(np.full(len(lifted), -1, np.intp), np.full(len(lifted), -1, np.intp))
+    if not len(objects) or alone.all():
+        return matches
+    spatial = (
+        overlap(lifted, len(objects), voxels, ~alone)
+        if how.spatial == "overlap"
+        else box_similarity(lifted.low, lifted.high, objects, how.spatial)
+    )
+    total = (1 + how.bias) * spatial + (1 - how.bias) * semantic(lifted, found, objects, how.semantic)
+    # What is nowhere near is no candidate, however alike it looks.
+    total[spatial <= (-1.0 if how.spatial.startswith("giou") else 0.0)] = -np.inf
+    total[:, [obj.background for obj in objects.all]] = -np.inf
+    best = total.argmax(axis=1)
+    score = total[np.arange(len(best)), best]
+    good = (score >= how.threshold) & ~alone
+    matches.objects[good] = best[good]
+    apart = _swallowed(lifted, found, objects, how, best, np.where(good, score, -np.inf))
+    matches.objects[apart], matches.out_of[apart] = -1, best[apart]
+    return matches
+
+
+def _swallowed(
+    lifted: Lifted,
+    found: Detections,
+    objects: Objects,
+    how: Association,
+    best: NDArray[np.intp],
+    score: NDArray[np.floating],
+) -> NDArray[np.intp]:
+    """The detections that are in an object only because some mask once covered both."""
+    known = objects.unit(found.space)
+    if found.features is None or known is None:
+        return np.zeros(0, np.intp)
+    cosine = (found.features[lifted.source] * known[best]).sum(axis=1)
+    order = np.lexsort((-score, best))
+    order = order[np.isfinite(score[order])]
+    later = np.zeros(len(order), np.bool_)
+    later[1:] = best[order[1:]] == best[order[:-1]]
+    strange: NDArray[np.intp] = order[later & (cosine[order] < how.alike)]
+    return strange
+
+
+def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic) -> NDArray[np.float32]:
+    """(k, n) float32 how alike detections and objects look."""
+    known = objects.unit(found.space)
+    if found.features is None or known is None:
+        return np.full((len(lifted), len(objects)), UNKNOWN, np.float32)
+    cosine: NDArray[np.float32] = found.features[lifted.source] @ known.T
+    return cosine if kind == "cosine" else (cosine / 2 + 0.5).astype(np.float32)
+
+
+def overlap(lifted: Lifted, n: int, voxels: Voxels, wanted: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """(k, n) float32 the share of each wanted detection's voxels that are, or touch, the object's.
+
+    Every voxel knows whose it is, so this looks at the detections' voxels only: its cost does not depend on n.
+    """
+    chosen = np.flatnonzero(wanted[lifted.owner])
+    rows, owner = lifted.rows[chosen], lifted.owner[chosen]
+    item, at = neighbours(voxels, rows)
+    owners, votes = voxels.owners[at], voxels.votes[at]
+    held = (owners >= 0) & (votes >= (HELD * voxels.seen[at])[:, None])
+    place, slot = np.nonzero(held)
+    pair = np.unique(item[place].astype(np.int64) * n + owners[place, slot])
+    whose = owner[pair // n].astype(np.int64) * n + pair % n
+    shared = np.bincount(whose, minlength=len(lifted) * n).reshape(len(lifted), n)
+    size = np.bincount(lifted.owner, minlength=len(lifted))
+    return (shared / size[:, None]).astype(np.float32)
+
+
+def neighbours(voxels: Voxels, rows: Ints) -> tuple[NDArray[np.intp], Ints]:
+    """Pairs (which of rows, a row that is it or shares a face with it)."""
+    cells = voxels.cells[rows]
+    around = voxels.find((cells[None, :, :] + FACES[:, None, :]).reshape(-1, 3))
+    there = np.flatnonzero(around >= 0)
+    return there % max(len(rows), 1), around[there]

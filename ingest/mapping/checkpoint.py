@@ -1,0 +1,82 @@
+"""A map in the making, on disk: so that an interrupted one goes on, and a place can be mapped further another day."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cgdb.errors import FormatError, StoreError, UsageError
+from cgdb.ingest.mapping.mapper import Mapper, Mapping
+from cgdb.ingest.mapping.voxels import COLUMNS, SLOTS
+
+VERSION = 1
+
+
+def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
+    """Write a mapper's state, whole or not at all. done: {recording: how many of its frames are in}."""
+    state = {
+        "version": VERSION,
+        "parameters": mapper.how.as_record(),
+        "frames": mapper.frames,
+        "detections": mapper.detections,
+        "done": done,
+        "objects": mapper.objects.to_record(),
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    half = path.with_suffix(".half")
+    arrays: dict[str, Any] = {name: getattr(mapper.voxels, name)[: mapper.voxels.count] for name in COLUMNS}
+    arrays["free"] = mapper.voxels.free
+    arrays.update({f"space:{name}": sums for name, sums in mapper.objects.sums().items()})
+    try:
+        with half.open("wb") as file:
+            np.savez(file, state=np.frombuffer(json.dumps(state).encode(), np.uint8), **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        half.replace(path)
+    except OSError as error:
+        half.unlink(missing_ok=True)
+        raise StoreError(f"{path}: the state of the mapping cannot be written: {error.strerror or error}") from error
+
+
+def load(path: Path, how: Mapping) -> tuple[Mapper, dict[str, int]]:
+    """The mapper of a file and what it has seen; UsageError where it was made with other parameters."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
+            arrays = {name: held[name] for name in held.files}
+        state = json.loads(arrays.pop("state").tobytes())
+        version = state["version"]
+    except Exception as error:
+        if isinstance(error, (KeyboardInterrupt, MemoryError)):
+            raise
+        raise FormatError(
+            f"{path}: the state of the mapping cannot be read ({type(error).__name__})",
+            hint="map the recording anew, without --resume",
+        ) from error
+    if version != VERSION or state["parameters"] != json.loads(json.dumps(how.as_record())):
+        raise UsageError(
+            f"{path}: the map was begun with other parameters", hint="resume with the same, or map it anew"
+        )
+    mapper = Mapper(how)
+    try:
+        _fill(mapper, state, arrays)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise FormatError(f"{path}: the state of the mapping is damaged", hint="map the recording anew") from error
+    return mapper, {str(name): int(count) for name, count in state["done"].items()}
+
+
+def _fill(mapper: Mapper, state: dict[str, Any], arrays: dict[str, Any]) -> None:
+    columns = {name: arrays[name] for name in COLUMNS}
+    n = len(columns["cells"])
+    if any(len(values) != n for values in columns.values()) or columns["owners"].shape != (n, SLOTS):
+        raise ValueError
+    if n and int(columns["owners"].max()) >= len(state["objects"]["all"]):
+        raise ValueError
+    mapper.voxels.fill(columns, arrays["free"])
+    mapper.objects.fill(
+        state["objects"], {name[6:]: values for name, values in arrays.items() if name.startswith("space:")}
+    )
+    mapper.frames, mapper.detections = int(state["frames"]), int(state["detections"])

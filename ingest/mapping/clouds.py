@@ -1,0 +1,122 @@
+"""From the map in the making to a scene graph: each object's cloud, box, features, best views and provenance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.ingest.mapping.lift import pieces
+from cgdb.ingest.mapping.upright import upright_box
+from cgdb.scene import FeatureSpace, PropertyValue, SceneGraph, SceneObject
+
+if TYPE_CHECKING:
+    from cgdb.ingest.mapping.fuse import MapObject
+    from cgdb.ingest.mapping.mapper import Mapper
+    from cgdb.ingest.mapping.voxels import Voxels
+
+SMALLEST_PIECE = 0.05
+"""A piece of an object's cloud stays where it has at least this share of its voxels: a table seen in two parts."""
+
+COARSE = 2
+"""Voxels along a side of which the room keeps one: 5 cm."""
+
+
+def scene_of(
+    mapper: Mapper, name: str, *, up: str = "z", encoder: str | None = None, provenance: dict[str, Any] | None = None
+) -> SceneGraph:
+    """The objects that were seen often enough, with their clouds. encoder: of the features; texts find them by it."""
+    how = mapper.how.tidying
+    clouds = object_rows(mapper)
+    units = {space: mapper.objects.unit(space) for space in mapper.objects.spaces()}
+    made = []
+    for at, obj in enumerate(mapper.objects.all):
+        rows = clouds[at]
+        if obj.n < how.least_detections or len(rows) < how.least_voxels:
+            continue
+        features = {space: values[at] for space, values in units.items() if values is not None and values[at].any()}
+        made.append(scene_object(obj, rows, mapper.voxels, features, up))
+    spaces = tuple(
+        FeatureSpace(name=space, dimension=d, encoder=encoder) for space, d in mapper.objects.spaces().items()
+    )
+    return SceneGraph(
+        name=name,
+        objects=tuple(made),
+        up=up,
+        spaces=spaces,
+        provenance={
+            "made_by": "cgdb map",
+            "frames": mapper.frames,
+            "detections": mapper.detections,
+            "parameters": mapper.how.as_record(),
+            **(provenance or {}),
+        },
+    )
+
+
+def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
+    """The voxels of each object, ascending: those that most of what was seen there says are its, in pieces of size."""
+    voxels, how, n = mapper.voxels, mapper.how.tidying, len(mapper.objects)
+    place, slot = np.nonzero(voxels.solid(slice(0, voxels.count), how.share, how.strength))
+    owner = voxels.owners[place, slot]
+    order = np.argsort(owner, kind="stable")
+    place, owner = place[order], owner[order]
+    whole = np.array([obj.background for obj in mapper.objects.all], np.bool_)
+    thing = np.flatnonzero(~whole[owner]) if n else np.zeros(0, np.intp)
+    kept = np.ones(len(owner), np.bool_)
+    if len(thing):
+        kept[thing] = pieces(
+            owner[thing], voxels.cells[place[thing]], np.zeros(n, np.bool_), mapper.how.lifting, SMALLEST_PIECE
+        )
+    room = np.flatnonzero(whole[owner]) if n else np.zeros(0, np.intp)
+    kept[room] = _thinned(owner[room], place[room], voxels)
+    return np.split(place[kept], np.searchsorted(owner[kept], np.arange(1, n)))
+
+
+def _thinned(owner: NDArray[np.int32], rows: NDArray[np.intp], voxels: Voxels) -> NDArray[np.bool_]:
+    """(m,) bool: of each owner's voxels the most seen one in every COARSE ** 3.
+
+    Walls and floors are nine tenths of a map's voxels, and nobody asks for their grain.
+    """
+    cells = voxels.cells[rows] // COARSE
+    order = np.lexsort((rows, -voxels.seen[rows], cells[:, 2], cells[:, 1], cells[:, 0], owner))
+    same = np.ones(len(rows), np.bool_)
+    if len(rows):
+        same[0] = False
+        ordered = cells[order]
+        same[1:] = (ordered[1:] == ordered[:-1]).all(axis=1) & (owner[order[1:]] == owner[order[:-1]])
+    kept = np.zeros(len(rows), np.bool_)
+    kept[order[~same]] = True
+    return kept
+
+
+def scene_object(
+    obj: MapObject, rows: NDArray[np.intp], voxels: Voxels, features: dict[str, NDArray[np.float32]], up: str
+) -> SceneObject:
+    """One object of the map as the store takes it."""
+    points = voxels.mean_points(rows)
+    center, extent, rotation = upright_box(points, up)
+    views = sorted(obj.views, reverse=True)
+    properties: dict[str, PropertyValue] = {
+        "background": obj.background,
+        "first_frame": obj.first,
+        "last_frame": obj.last,
+        "view_frames": tuple(float(view.frame) for view in views),
+        "view_points": tuple(float(view.points) for view in views),
+        "view_boxes": tuple(side for view in views for side in view.box),
+    }
+    return SceneObject(
+        id=obj.id,
+        tag=obj.label or None,
+        tags=tuple(name for name, _ in obj.labels.most_common(5)),
+        center=center,
+        extent=extent,
+        rotation=rotation,
+        features=features,
+        points=points,
+        colors=voxels.mean_colors(rows),
+        n_observations=obj.n,
+        confidence=min(1.0, max(0.0, obj.confidence / obj.n)),
+        properties=properties,
+    )

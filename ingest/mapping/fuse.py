@@ -1,0 +1,253 @@
+"""The objects of a map that is being made: what each has been seen to be, and how a detection is folded into one."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.errors import FormatError
+from cgdb.ingest.detections.detections import Detections
+from cgdb.ingest.frames.recording import Frame
+from cgdb.ingest.mapping.lift import Lifted
+from cgdb.ingest.mapping.voxels import Ints, Voxels
+
+VIEWS = 10
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class View:
+    """A sighting of an object, ordered by how many voxels of it were seen free of noise."""
+
+    points: int
+    frame: int
+    box: tuple[float, float, float, float]
+    """Left, top, right, bottom; pixels of the frame as it was mapped."""
+
+
+@dataclass(slots=True, kw_only=True)
+class MapObject:
+    """An object so far. low, high (3,): its box in cells; n: detections; views: the best, a heap."""
+
+    id: int
+    low: Ints
+    high: Ints
+    background: bool
+    first: int
+    last: int
+    n: int = 0
+    confidence: float = 0.0
+    labels: Counter[str] = field(default_factory=Counter)
+    views: list[View] = field(default_factory=list)
+
+    @property
+    def label(self) -> str:
+        """The name that most detections gave it; the first of them where the vote is even."""
+        return max(self.labels, key=lambda name: self.labels[name], default="")
+
+
+class Objects:
+    """The objects, by position, and the sums of their features as matrices that grow with them."""
+
+    def __init__(self, *, renormalise: bool = False) -> None:
+        self.all: list[MapObject] = []
+        self._born = 0
+        self._renormalise = renormalise
+        self._sums: dict[str, NDArray[np.float32]] = {}
+        self._background: dict[str, int] = {}
+        self._room = 64
+
+    def __len__(self) -> int:
+        return len(self.all)
+
+    def background(self, label: str) -> int | None:
+        """The position of the one object of a background class, if there is one yet."""
+        return self._background.get(label)
+
+    def unit(self, space: str) -> NDArray[np.float32] | None:
+        """(n, d) float32 the mean features, at unit length; None where no detection had any."""
+        sums = self._sums.get(space)
+        if sums is None:
+            return None
+        rows = sums[: len(self.all)]
+        unit: NDArray[np.float32] = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+        return unit
+
+    def looks(self) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
+        """The mean features of what the objects look like, and of what they are called."""
+        names = list(self._sums)
+        image = next((name for name in names if not name.endswith("_text")), None)
+        text = next((name for name in names if name.endswith("_text")), None)
+        return (None if image is None else self.unit(image)), (None if text is None else self.unit(text))
+
+    def spaces(self) -> dict[str, int]:
+        """{feature space: dimension}."""
+        return {name: sums.shape[1] for name, sums in self._sums.items()}
+
+    def check(self, found: Detections, where: str) -> None:
+        """FormatError where a frame's features are not of the dimensions of those before."""
+        for space, values in _features(found):
+            known = self._sums.get(space)
+            if known is not None and values.shape[1] != known.shape[1]:
+                raise FormatError(
+                    f"{where}: features of {values.shape[1]} numbers, those before it had {known.shape[1]}"
+                )
+
+    def fuse(
+        self, frame: Frame, found: Detections, lifted: Lifted, matches: NDArray[np.intp], background: NDArray[np.bool_]
+    ) -> Ints:
+        """Fold each detection into the object at matches (k,), or into a new one where that is -1.
+
+        The positions (k,) int32 where they went. background (k,): which are of a class with one object for all.
+        """
+        went = np.empty(len(lifted), np.int32)
+        for k, source in enumerate(lifted.source.tolist()):
+            label = found.labels[source]
+            at = int(matches[k])
+            if background[k]:
+                at = self._background.get(label, -1)
+            if at < 0:
+                at = self._new(lifted.low[k], lifted.high[k], bool(background[k]), frame.index)
+                if background[k]:
+                    self._background[label] = at
+            self._add(at, frame, found, source, lifted, k)
+            went[k] = at
+        return went
+
+    def _new(self, low: Ints, high: Ints, background: bool, frame: int) -> int:
+        self.all.append(
+            MapObject(id=self._born, low=low.copy(), high=high.copy(), background=background, first=frame, last=frame)
+        )
+        self._born += 1
+        if len(self.all) > self._room:
+            self._make_room(2 * self._room)
+        return len(self.all) - 1
+
+    def _add(self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int) -> None:
+        obj = self.all[at]
+        for space, values in _features(found):
+            self._add_feature(space, at, values[source], obj.n)
+        obj.n += 1
+        obj.confidence += float(found.confidence[source])
+        if found.labels[source]:
+            obj.labels[found.labels[source]] += 1
+        obj.last = frame.index
+        np.minimum(obj.low, lifted.low[k], out=obj.low)
+        np.maximum(obj.high, lifted.high[k], out=obj.high)
+        left, top, right, bottom = found.xyxy[source].tolist()
+        view = View(int(lifted.points[k]), frame.index, (left, top, right, bottom))
+        (heapq.heappush if len(obj.views) < VIEWS else heapq.heappushpop)(obj.views, view)
+
+    def _add_feature(self, space: str, at: int, feature: NDArray[np.float32], n: int) -> None:
+        if space not in self._sums:
+            self._sums[space] = np.zeros((self._room, len(feature)), np.float32)
+        sums = self._sums[space]
+        sums[at] += feature
+        if self._renormalise:
+            # The reference's variant: unit length after every fold, so that the sum is worth n of them again.
+            sums[at] *= (n + 1) / max(float(np.linalg.norm(sums[at])), 1e-12)
+
+    def _make_room(self, room: int) -> None:
+        """Rows for so many objects in every matrix, also of objects that have no feature of a space."""
+        self._room = room
+        for space, sums in self._sums.items():
+            made = np.zeros((room, sums.shape[1]), np.float32)
+            made[: min(room, len(sums))] = sums[:room]
+            self._sums[space] = made
+
+    def to_record(self) -> dict[str, Any]:
+        """Everything but the features, as plain values."""
+        return {"born": self._born, "background": self._background, "all": [_record_of(obj) for obj in self.all]}
+
+    def sums(self) -> dict[str, NDArray[np.float32]]:
+        """{space: (n, d) the sums of the features}."""
+        return {name: sums[: len(self.all)] for name, sums in self._sums.items()}
+
+    def fill(self, record: dict[str, Any], sums: dict[str, NDArray[np.float32]]) -> None:
+        """Become what to_record and sums told of."""
+        self.all = [_object_of(value) for value in record["all"]]
+        self._born = int(record["born"])
+        self._background = {str(label): int(at) for label, at in record["background"].items()}
+        self._sums = {name: np.ascontiguousarray(values, np.float32) for name, values in sums.items()}
+        if any(len(values) != len(self.all) for values in self._sums.values()):
+            raise ValueError("features of another number of objects")
+        self._make_room(max(64, 2 * len(self.all)))
+
+    def merge(self, into: NDArray[np.intp], voxels: Voxels) -> None:
+        """Fold each object i into object into[i] (itself: it stays; -1: it goes), here and in the voxels."""
+        stays = np.flatnonzero(into == np.arange(len(self.all)))
+        for i in np.flatnonzero((into != np.arange(len(self.all))) & (into >= 0)).tolist():
+            self._absorb(self.all[into[i]], self.all[i])
+            for sums in self._sums.values():
+                sums[into[i]] += sums[i]
+        number = np.full(len(self.all) + 1, -1, np.int32)
+        number[stays] = np.arange(len(stays), dtype=np.int32)
+        names = np.where(into >= 0, number[into], -1).astype(np.int32)
+        voxels.rename(names)
+        self.all = [self.all[i] for i in stays.tolist()]
+        self._sums = {space: sums[stays] for space, sums in self._sums.items()}
+        self._make_room(max(64, 2 * len(stays)))
+        self._background = {label: int(names[at]) for label, at in self._background.items() if names[at] >= 0}
+
+    @staticmethod
+    def _absorb(kept: MapObject, gone: MapObject) -> None:
+        kept.low = np.minimum(kept.low, gone.low)
+        kept.high = np.maximum(kept.high, gone.high)
+        kept.first, kept.last = min(kept.first, gone.first), max(kept.last, gone.last)
+        kept.n += gone.n
+        kept.confidence += gone.confidence
+        kept.labels.update(gone.labels)
+        kept.views = heapq.nlargest(VIEWS, [*kept.views, *gone.views])
+        heapq.heapify(kept.views)
+
+
+def _features(found: Detections) -> Iterator[tuple[str, NDArray[np.float32]]]:
+    """(space, (n, d) values) of what the detections have."""
+    for space, values in ((found.space, found.features), (f"{found.space}_text", found.text_features)):
+        if values is not None:
+            yield space, values
+
+
+def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]:
+    """The votes of a frame: rows ascending, the object, the strength; each pair once, at its strongest."""
+    key = (lifted.rows.astype(np.int64) << 31) | (went[lifted.owner].astype(np.int64) << 1) | (lifted.strength <= 1.0)
+    order = np.argsort(key)  # equal keys are equal votes
+    key = key[order]
+    first = np.ones(len(key), np.bool_)
+    first[1:] = (key[1:] >> 1) != (key[:-1] >> 1)
+    chosen = order[first]
+    return lifted.rows[chosen], went[lifted.owner[chosen]], lifted.strength[chosen]
+
+
+def _record_of(obj: MapObject) -> dict[str, Any]:
+    """An object as plain values."""
+    return {
+        **{key: getattr(obj, key) for key in ("id", "background", "first", "last", "n", "confidence")},
+        "low": obj.low.tolist(),
+        "high": obj.high.tolist(),
+        "labels": dict(obj.labels),
+        "views": [asdict(view) for view in obj.views],
+    }
+
+
+def _object_of(value: dict[str, Any]) -> MapObject:
+    """The object of plain values."""
+    views = [View(v["points"], v["frame"], tuple(v["box"])) for v in value["views"]]
+    heapq.heapify(views)
+    return MapObject(
+        id=int(value["id"]),
+        low=np.array(value["low"], np.int32),
+        high=np.array(value["high"], np.int32),
+        background=bool(value["background"]),
+        first=int(value["first"]),
+        last=int(value["last"]),
+        n=int(value["n"]),
+        confidence=float(value["confidence"]),
+        labels=Counter({str(name): int(count) for name, count in value["labels"].items()}),
+        views=views,
+    )

@@ -1,0 +1,318 @@
+"""From the pixels of a frame's detections to sets of voxels, with what does not belong to them left out.
+
+Masks spill over the outline of things, and a depth camera invents points between a thing and what is behind it. So
+pixels at depth edges are not used, pixels near the outline of a mask count as weak evidence only, and of what is left
+the largest connected piece stays, as DBSCAN would keep it: voxels are taken together into cells, cells with enough
+voxels about them are core, and cores that touch are one cluster.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.ingest.detections.detections import Detections
+from cgdb.ingest.frames.recording import Frame
+from cgdb.ingest.mapping.voxels import Floats, Ints, Voxels
+
+STRONG = 4.0
+"""How often a sighting in the middle of a mask counts, in sightings near its outline."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lifting:
+    """How pixels become voxels.
+
+    nearest, farthest: metres of depth that are believed. edge: jump in inverse depth (1/m) between neighbouring
+    pixels that is an edge; the noise of depth cameras is even in inverse depth, and so are planes seen askew. rim:
+    pixels from the outline of a mask that are weak evidence. cell: voxels along a side of a cell of the clustering;
+    core: voxels that a cell and its neighbours must hold. least_voxels: smaller detections are dropped. spacing: points
+    nearer to each other than this share of a voxel are not all used.
+    """
+
+    nearest: float = 0.1
+    farthest: float = 8.0
+    edge: float = 0.015
+    rim: int = 2
+    cell: int = 3
+    core: int = 6
+    least_voxels: int = 4
+    spacing: float = 0.6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lifted:
+    """The detections of a frame in space: k of them, m voxels in all.
+
+    source (k,): their rows among the detections. rows (m,) int32: voxels, ascending within a detection; owner (m,):
+    whose; strength (m,) float32: 1 near the outline, STRONG within. low, high (k, 3) int32: boxes in cells.
+    points (k,): voxels of strength STRONG.
+    """
+
+    source: NDArray[np.intp]
+    rows: Ints
+    owner: Ints
+    strength: Floats
+    low: Ints
+    high: Ints
+    points: NDArray[np.intp]
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+
+def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: NDArray[np.bool_]) -> Lifted:
+    """The detections as sets of voxels, made where there were none. whole (n,): those that may be in several pieces."""
+    usable = usable_pixels(frame.depth, how)
+    sampled = usable & sampling_grid(frame, how.spacing * voxels.size)
+    scratch = np.zeros(frame.depth.shape, np.bool_)
+    picks = [
+        mask_pixels(mask, box, sampled, how.rim, scratch) for mask, box in zip(found.masks, found.xyxy, strict=True)
+    ]
+    seen = np.zeros(frame.depth.size, np.bool_)
+    for pixels, _ in picks:
+        seen[pixels] = True
+    pixels = np.flatnonzero(seen)
+    if not len(pixels):
+        return _nothing()
+    points = unproject(frame, pixels)
+    rows, place = voxels.add_samples(points, frame.rgb.reshape(-1, 3)[pixels])
+    place_of = np.empty(frame.depth.size, np.int32)
+    place_of[pixels] = place
+    owner, place, strong = _distinct(picks, place_of, len(rows))
+    row = rows[place]
+    kept = pieces(owner, voxels.cells[row], whole, how)
+    return _lifted(len(picks), owner[kept], row[kept], strong[kept], voxels, how)
+
+
+def usable_pixels(depth: Floats, how: Lifting) -> NDArray[np.bool_]:
+    """(h, w) bool: where a depth picture is in range, and not behind an edge.
+
+    What lies in front is there, however thin; between it and what lies behind, a camera makes points up.
+    """
+    near = (depth > how.nearest) & (depth < how.farthest)
+    inverse = np.zeros_like(depth)
+    np.divide(1.0, depth, out=inverse, where=near)
+    usable: NDArray[np.bool_] = near & (_spread(inverse) - inverse < how.edge)
+    return usable
+
+
+def sampling_grid(frame: Frame, spacing: float) -> NDArray[np.bool_]:
+    """(h, w) bool: every pixel where things are far, every second or fourth where their points lie denser than spacing
+    (m): they would fall into the same voxels."""
+    height, width = frame.depth.shape
+    focal = float(min(frame.K[0, 0], abs(frame.K[1, 1])))
+    grid = np.ones((height, width), np.bool_)
+    for step in (2, 4):
+        coarse = np.zeros((height, width), np.bool_)
+        coarse[::step, ::step] = True
+        grid &= coarse | (frame.depth > spacing * focal / step)
+    return grid
+
+
+def _spread(values: Floats) -> Floats:
+    """The largest of each pixel and its eight neighbours."""
+    across = values.copy()
+    np.maximum(across[:, 1:], values[:, :-1], out=across[:, 1:])
+    np.maximum(across[:, :-1], values[:, 1:], out=across[:, :-1])
+    both = across.copy()
+    np.maximum(both[1:], across[:-1], out=both[1:])
+    np.maximum(both[:-1], across[1:], out=both[:-1])
+    return both
+
+
+def mask_pixels(
+    mask: NDArray[np.bool_], box: NDArray[np.float32], usable: NDArray[np.bool_], rim: int, scratch: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """The flat positions of a mask's usable pixels, and which of them lie deeper than rim in it.
+
+    scratch (h, w) is written to, so that no picture has to be made for every mask.
+    """
+    height, width = mask.shape
+    x1, y1 = max(0, int(box[0]) - 1), max(0, int(box[1]) - 1)
+    x2, y2 = min(width, int(box[2]) + 2), min(height, int(box[3]) + 2)
+    if x2 <= x1 or y2 <= y1:
+        return np.zeros(0, np.intp), np.zeros(0, np.bool_)
+    window = mask[y1:y2, x1:x2]
+    scratch[y1:y2, x1:x2] = shrunk(window, rim, (x1 == 0, x2 == width, y1 == 0, y2 == height))
+    # Whole rows lie together, and outside of the box there is nothing of the mask.
+    pixels = np.flatnonzero(mask[y1:y2] & usable[y1:y2]) + y1 * width
+    return pixels, scratch.reshape(-1)[pixels]
+
+
+def shrunk(mask: NDArray[np.bool_], rim: int, cut: tuple[bool, bool, bool, bool]) -> NDArray[np.bool_]:
+    """The mask without its outermost rim pixels; at sides where it is cut by the picture (left, right, top, bottom) it
+    goes on for all we know, and loses nothing."""
+    height, width = mask.shape
+    padded = np.zeros((height + 2 * rim, width + 2 * rim), np.bool_)
+    padded[rim : rim + height, rim : rim + width] = mask
+    left, right, top, bottom = cut
+    if left:
+        padded[:, :rim] = padded[:, rim : rim + 1]
+    if right:
+        padded[:, rim + width :] = padded[:, rim + width - 1 : rim + width]
+    if top:
+        padded[:rim] = padded[rim]
+    if bottom:
+        padded[rim + height :] = padded[rim + height - 1]
+    across = padded[:, :width].copy()
+    for shift in range(1, 2 * rim + 1):
+        across &= padded[:, shift : shift + width]
+    inner = across[:height].copy()
+    for shift in range(1, 2 * rim + 1):
+        inner &= across[shift : shift + height]
+    return inner
+
+
+def unproject(frame: Frame, pixels: NDArray[np.intp]) -> Floats:
+    """(n, 3) float32 m in the map's frame: the points at flat positions pixels (n,) of the depth picture."""
+    width = frame.depth.shape[1]
+    z = frame.depth.reshape(-1)[pixels]
+    v, u = np.divmod(pixels.astype(np.int32), np.int32(width))
+    lens = frame.K.astype(np.float32)
+    x = (u - lens[0, 2]) * (z * (1 / lens[0, 0]))
+    y = (v - lens[1, 2]) * (z * (1 / lens[1, 1]))
+    pose = frame.T_world_camera.astype(np.float32)
+    points = np.empty((len(pixels), 3), np.float32, order="F")
+    for axis in range(3):
+        # Not a matrix product: for three columns its threads cost more than they bring.
+        points[:, axis] = pose[axis, 0] * x + pose[axis, 1] * y + pose[axis, 2] * z + pose[axis, 3]
+    return points
+
+
+def _distinct(
+    picks: list[tuple[NDArray[np.intp], NDArray[np.bool_]]], place_of: Ints, n: int
+) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+    """Each (detection, place of a voxel below n) once, in order, and whether any of its pixels was strong."""
+    seen = np.zeros((len(picks), n), np.bool_)
+    strong = np.zeros((len(picks), n), np.bool_)
+    for k, (pixels, inner) in enumerate(picks):
+        place = place_of[pixels]
+        seen[k, place] = True
+        strong[k, place[inner]] = True
+    flat = np.flatnonzero(seen.reshape(-1))
+    owner = np.repeat(np.arange(len(picks), dtype=np.int32), np.count_nonzero(seen, axis=1))
+    place = (flat - owner.astype(np.int64) * n).astype(np.int32)
+    return owner, place, strong.reshape(-1)[flat]
+
+
+def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, least: float = 1.0) -> NDArray[np.bool_]:
+    """(m,) bool: the voxels of each owner's clusters that have at least this share of its largest one's.
+
+    whole (n,): owners whose clusters all stay. cells (m, 3) int32. Where nothing is dense enough to be a cluster,
+    a far or thin thing is kept whole rather than lost.
+    """
+    coarse = cells // how.cell
+    coarse = coarse - (coarse.min(axis=0) - 1)
+    side = coarse.max(axis=0).astype(np.int64) + 2
+    key = ((owner.astype(np.int64) * side[0] + coarse[:, 0]) * side[1] + coarse[:, 1]) * side[2] + coarse[:, 2]
+    groups, group, count = np.unique(key, return_inverse=True, return_counts=True)
+    a, b = _touching(groups, side)
+    n = len(groups)
+    about = count + np.bincount(a, weights=count[b], minlength=n) + np.bincount(b, weights=count[a], minlength=n)
+    core = about >= how.core
+    joined = core[a] & core[b]
+    piece = components(n, a[joined], b[joined])
+    reached = core.copy()
+    for one, other in ((a, b), (b, a)):
+        # A cell at the border goes to a core cell that it touches; which one, where there are several, is no matter.
+        border = ~core[one] & core[other]
+        piece[one[border]] = piece[other[border]]
+        reached[one[border]] = True
+    size = np.bincount(piece, weights=np.where(reached, count, 0), minlength=n)
+    of = groups // (side[0] * side[1] * side[2])
+    largest = np.zeros(len(whole))
+    np.maximum.at(largest, of, size)
+    wanted = np.where(whole, 0.0, least * largest)
+    good = reached & (size[piece] >= wanted[of])
+    if least >= 1.0:
+        good &= _first_of_equals(of, piece, size, largest, whole)
+    lost = np.bincount(of, weights=good, minlength=len(whole)) == 0
+    kept: NDArray[np.bool_] = (good | lost[of])[group]
+    return kept
+
+
+def _first_of_equals(
+    of: NDArray[np.int64],
+    piece: NDArray[np.intp],
+    size: NDArray[Any],
+    largest: NDArray[Any],
+    whole: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Of several largest clusters of an owner, the first."""
+    first = np.full(len(whole), len(piece), np.intp)
+    top = size[piece] == largest[of]
+    np.minimum.at(first, of[top], piece[top])
+    chosen: NDArray[np.bool_] = (piece == first[of]) | whole[of]
+    return chosen
+
+
+def _touching(groups: NDArray[np.int64], side: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The pairs of cells that share a side, an edge or a corner, each once. groups: their keys, ascending."""
+    found_a, found_b = [], []
+    for x, y, z in _HALF:
+        target = groups + ((x * side[1] + y) * side[2] + z)
+        place = np.searchsorted(groups, target)
+        place[place == len(groups)] = 0
+        linked = np.flatnonzero(groups[place] == target)
+        found_a.append(linked)
+        found_b.append(place[linked])
+    return np.concatenate(found_a), np.concatenate(found_b)
+
+
+def components(n: int, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(n,) the smallest node of each node's connected component, of the graph with edges a[i] - b[i]."""
+    label = np.arange(n)
+    while len(a):
+        low = np.minimum(label[a], label[b])
+        np.minimum.at(label, label[a], low)
+        np.minimum.at(label, label[b], low)
+        while True:
+            further = label[label]
+            if (further == label).all():
+                break
+            label = further
+        apart = label[a] != label[b]
+        a, b = a[apart], b[apart]
+    return label
+
+
+def _lifted(count: int, owner: Ints, row: Ints, strong: NDArray[np.bool_], voxels: Voxels, how: Lifting) -> Lifted:
+    n = np.bincount(owner, minlength=count)
+    enough = n >= how.least_voxels
+    kept = enough[owner]
+    number = np.cumsum(enough) - 1
+    owner, row, strong = number[owner[kept]].astype(np.int32), row[kept], strong[kept]
+    source = np.flatnonzero(enough)
+    if not len(source):
+        return _nothing()
+    start = np.searchsorted(owner, np.arange(len(source)))
+    cells = voxels.cells[row]
+    return Lifted(
+        source=source,
+        rows=row,
+        owner=owner,
+        strength=np.where(strong, np.float32(STRONG), np.float32(1.0)),
+        low=np.minimum.reduceat(cells, start),
+        high=np.maximum.reduceat(cells, start),
+        points=np.bincount(owner, weights=strong, minlength=len(source)).astype(np.intp),
+    )
+
+
+def _nothing() -> Lifted:
+    return Lifted(
+        source=np.zeros(0, np.intp),
+        rows=np.zeros(0, np.int32),
+        owner=np.zeros(0, np.int32),
+        strength=np.zeros(0, np.float32),
+        low=np.zeros((0, 3), np.int32),
+        high=np.zeros((0, 3), np.int32),
+        points=np.zeros(0, np.intp),
+    )
+
+
+_HALF = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
+"""Half of the 26 neighbours: the other half is the same links seen from the other end."""

@@ -1,0 +1,130 @@
+"""Periodic care of a map: noise goes, objects that are one are merged, those that were hardly seen are left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgdb.ingest.mapping.associate import neighbours
+from cgdb.ingest.mapping.fuse import Objects
+from cgdb.ingest.mapping.lift import STRONG
+from cgdb.ingest.mapping.voxels import Voxels
+
+_CHUNK = 1 << 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tidying:
+    """When and how.
+
+    denoise_every, merge_every, filter_every: frames; 0 is never, but all three are done at the end. share, strength: a
+    voxel is an object's where at least this share of its sightings say so, and so many. old: frames after which a
+    voxel that hardly anything spoke for is forgotten. overlap, semantic, text: objects merge when this share of one's
+    voxels are or touch the other's, and their features are so alike (cosine). least_detections: fewer is no object.
+    """
+
+    denoise_every: int = 20
+    merge_every: int = 20
+    filter_every: int = 0
+    share: float = 0.35
+    strength: float = STRONG
+    old: int = 20
+    overlap: float = 0.7
+    semantic: float = 0.8
+    text: float = 0.8
+    least_detections: int = 3
+    least_voxels: int = 4
+
+
+def denoise(voxels: Voxels, now: int, how: Tidying) -> None:
+    """Forget voxels that were seen once, a while ago, and never again: what a camera made up, or nobody claimed."""
+    part = slice(0, voxels.count)
+    weak = (voxels.seen[part] < how.strength) & (voxels.last[part] < now - how.old) & (voxels.weight[part] > 0)
+    rows = np.flatnonzero(weak)
+    if len(rows):
+        voxels.forget(rows)
+
+
+def merge(objects: Objects, voxels: Voxels, how: Tidying, *, since: int | None = None) -> int:
+    """Merge objects that lie within each other and look alike; how many went. Background is left as it is.
+
+    since: look only at objects that were seen in that frame or later, so that the time does not grow with the map.
+    """
+    n = len(objects)
+    things = np.array([not o.background and (since is None or o.last >= since) for o in objects.all], np.bool_)
+    candidates = _candidates(objects, how) & things[:, None]
+    if not candidates.any():
+        return 0
+    some: NDArray[np.bool_] = np.asarray(candidates.any(axis=1))
+    ratio = np.where(candidates, shared(objects, voxels, how, some), 0.0)
+    i, j = np.nonzero(ratio > how.overlap)
+    order = np.lexsort((j, i, -ratio[i, j]))
+    into = np.arange(n)
+    for a, b in zip(i[order].tolist(), j[order].tolist(), strict=True):
+        if into[a] != a:
+            continue  # it went already, and not twice
+        while into[b] != b:
+            b = int(into[b])
+        into[a] = b
+    for a in range(n):
+        while into[into[a]] != into[a]:
+            into[a] = into[into[a]]
+    gone = int((into != np.arange(n)).sum())
+    if gone:
+        objects.merge(into, voxels)
+    return gone
+
+
+def _candidates(objects: Objects, how: Tidying) -> NDArray[np.bool_]:
+    """(n, n) bool: which pairs of things look alike and have boxes that meet. Few do, and only those are compared."""
+    low, high = (np.array([getattr(obj, end) for obj in objects.all]).reshape(-1, 3) for end in ("low", "high"))
+    pairs = ((low[:, None] <= high[None] + 1) & (low[None] <= high[:, None] + 1)).all(axis=2)
+    thing = np.array([not obj.background for obj in objects.all], np.bool_)
+    pairs &= thing[:, None] & thing[None, :]
+    np.fill_diagonal(pairs, False)
+    for unit, least in zip(objects.looks(), (how.semantic, how.text), strict=True):
+        if unit is not None:
+            pairs &= unit @ unit.T > least
+    return pairs
+
+
+def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """(n, n) float32 the share of object i's voxels that are, or touch, object j's; 0 on the diagonal.
+
+    i is one of things (n,), j is none of the room. One walk over the voxels of things finds every pair that meets,
+    however many pairs there are.
+    """
+    n = len(objects)
+    mine_too = np.append(things, False)  # -1, nobody, is the last
+    room = np.array([*(obj.background for obj in objects.all), True])
+    rows = np.flatnonzero(mine_too[voxels.owners[: voxels.count]].any(axis=1)).astype(np.int32)
+    met, size = np.zeros(n * n, np.int64), np.zeros(n, np.int64)
+    for start in range(0, len(rows), _CHUNK):
+        part = rows[start : start + _CHUNK]
+        place, slot = np.nonzero(voxels.solid(part, how.share, 0.0) & mine_too[voxels.owners[part]])
+        mine = voxels.owners[part[place], slot]
+        size += np.bincount(mine, minlength=n)
+        item, at = neighbours(voxels, part)
+        near_place, near_slot = np.nonzero(voxels.solid(at, how.share, 0.0) & ~room[voxels.owners[at]])
+        # (voxel, object near it), each once; then joined with (voxel, object in it).
+        near = np.unique(item[near_place].astype(np.int64) * n + voxels.owners[at[near_place], near_slot])
+        near_voxel, near_object = near // n, near % n
+        counts = np.bincount(near_voxel, minlength=len(part))
+        starts = np.cumsum(counts) - counts
+        pairs = np.repeat(np.arange(len(place)), counts[place])
+        offset = np.arange(len(pairs)) - np.repeat(np.cumsum(counts[place]) - counts[place], counts[place])
+        other = near_object[starts[place[pairs]] + offset]
+        met += np.bincount(mine[pairs].astype(np.int64) * n + other, minlength=n * n)
+    ratio = met.reshape(n, n) / np.maximum(size, 1)[:, None]
+    np.fill_diagonal(ratio, 0)
+    return ratio.astype(np.float32)
+
+
+def drop(objects: Objects, voxels: Voxels, how: Tidying) -> int:
+    """Drop the objects that were detected less often than asked; how many went."""
+    into = np.array([i if obj.n >= how.least_detections else -1 for i, obj in enumerate(objects.all)], np.intp)
+    if (into < 0).any():
+        objects.merge(into, voxels)
+    return int((into < 0).sum())
