@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cgdb.scene import Relation as Relation
     from cgdb.scene import SceneGraph as SceneGraph
     from cgdb.scene import SceneObject as SceneObject
+    from cgdb.scene import View as View
 
 __version__ = "0.1.0"
 
@@ -50,6 +51,7 @@ _HOMES = {
     "Relation": "cgdb.scene",
     "SceneGraph": "cgdb.scene",
     "SceneObject": "cgdb.scene",
+    "View": "cgdb.scene",
     "Vocabulary": "cgdb.meaning.vocabulary",
 }
 __all__ = [*_HOMES, "__version__"]

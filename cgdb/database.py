@@ -25,7 +25,7 @@ from cgdb.meaning.embed import TEXT_MODEL, Encoder
 from cgdb.meaning.encoders import Encoders
 from cgdb.query import run
 from cgdb.result import Result, StoredNode, StoredRelation
-from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, canonical_id
+from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View, canonical_id
 from cgdb.search import Hits, check_k, search
 from cgdb.storage.freshness import Fresh
 from cgdb.storage.ledger import FILE as LEDGER
@@ -39,7 +39,10 @@ if TYPE_CHECKING:
     from cgdb.asked import Answer
     from cgdb.export import Exported
     from cgdb.index.graph import Table
-    from cgdb.model.enrich import Enrichment
+    from cgdb.enrich.calls import Pace
+    from cgdb.enrich.captions import Captioning
+    from cgdb.enrich.properties import Enrichment
+    from cgdb.enrich.relations import Relating
     from cgdb.model.llm import Model
 
 OnExisting = Literal["error", "replace", "merge"]
@@ -165,11 +168,16 @@ class Database:
         as_of: AsOf = None,
         features: bool = True,
         clouds: bool = True,
+        views: bool = False,
         skip_damaged: bool = False,
     ) -> SceneGraph:
-        """A whole scene in memory. skip_damaged leaves damaged rows out and lists them in provenance["damaged"]."""
+        """A whole scene in memory. skip_damaged leaves damaged rows out and lists them in provenance["damaged"].
+
+        Views with their images are read where they are asked for. Objects without them are UNREAD: written back to
+        their scene, they leave the stored views as they are.
+        """
         info = self._ledger.scene(name, as_of)
-        return self._ledger.scene_graph(info, features=features, clouds=clouds, skip_damaged=skip_damaged)
+        return self._ledger.scene_graph(info, features=features, clouds=clouds, views=views, skip_damaged=skip_damaged)
 
     def object(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> StoredNode:
         """The record of an object or place. scene may be left out where only one scene has the id."""
@@ -194,6 +202,11 @@ class Database:
         """(points (n, 3) float32 m, colors (n, 3) uint8 or None) of an object; None where the map has none."""
         view, position = self._locate(object_id, scene, as_of)
         return self._ledger.cloud(view.info, int(view.columns.keys[position]))
+
+    def views(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> tuple[View, ...]:
+        """Where an object was seen, best first: the frames, their poses, and the object cut out of them."""
+        view, position = self._locate(object_id, scene, as_of)
+        return self._ledger.views(view.info, int(view.columns.keys[position]))
 
     def view(self, name: str, as_of: AsOf = None) -> SceneView:
         """A scene as queries see it: its catalog, columns and indexes."""
@@ -248,10 +261,48 @@ class Database:
         batch: int | None = None,
     ) -> Enrichment:
         """What asks a model once of each thing what is known of it: ``estimate()``, then go through ``run()``."""
-        from cgdb.model.enrich import BATCH, Enrichment
+        from cgdb.enrich.properties import BATCH, Enrichment
 
         chosen = model or self._asked_model(True)
         return Enrichment(self, chosen, scenes=scenes, robot=robot, batch=BATCH if batch is None else batch)
+
+    def caption(
+        self,
+        *,
+        model: Model | None = None,
+        scenes: Sequence[str] = (),
+        views: int = 10,
+        together: bool = False,
+        again: bool = False,
+        pace: Pace | None = None,
+    ) -> Captioning:
+        """What asks a vision model for captions and names by best views: ``estimate()``, then go through ``run()``.
+
+        together: all views of an object in one call. again: also objects that have a caption.
+        """
+        from cgdb.enrich.captions import Captioning
+
+        chosen = model or self._asked_model(True)
+        return Captioning(self, chosen, scenes=scenes, views=views, together=together, again=again, pace=pace)
+
+    def relate(
+        self,
+        *,
+        model: Model | None = None,
+        scenes: Sequence[str] = (),
+        every_pair: bool = False,
+        reach: float = 0.025,
+        batch: int = 6,
+        pace: Pace | None = None,
+    ) -> Relating:
+        """What asks a model how touching things stand to each other: ``estimate()``, then go through ``run()``.
+
+        every_pair: not only a spanning forest of the strongest overlaps. reach: metres between boxes that touch.
+        """
+        from cgdb.enrich.relations import Relating
+
+        chosen = model or self._asked_model(True)
+        return Relating(self, chosen, scenes=scenes, every_pair=every_pair, reach=reach, batch=batch, pace=pace)
 
     def _asked_model(self, model: Model | bool) -> Model | None:
         from cgdb.model.rerank import configured
@@ -404,7 +455,8 @@ class Database:
         """Write a scene to a file: "cgdb", "planner", "node-link" or "graphml"; by its ending when not said."""
         from cgdb.export import export
 
-        return export(self.scene(scene, as_of=as_of, skip_damaged=skip_damaged), Path(path), format, **options)
+        whole = self.scene(scene, as_of=as_of, views=True, skip_damaged=skip_damaged)
+        return export(whole, Path(path), format, **options)
 
     # -- care ---------------------------------------------------------------------------------------------------
 

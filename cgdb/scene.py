@@ -27,6 +27,37 @@ _IDENTITY = np.eye(3)
 LARGEST_COORDINATE = 1e7
 """Metres. A map of a place on Earth, even in UTM coordinates, stays below it; above it a file is damaged."""
 
+LARGEST_IMAGE = 512 * 1024
+"""Bytes of a view's image: it is a crop to look at, not the recording."""
+MOST_VIEWS = 100
+LARGEST_PIXEL = 1e6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class View:
+    """A frame in which an object was seen well.
+
+    frame: its number in the recording, source: its file. points: how much of the object, free of noise, was seen in
+    it. box: left, top, right, bottom in pixels of the frame as it was mapped. T_world_camera: (4, 4) float64, camera
+    axes x right, y down, z forward. image: the object cut out of the frame, a JPEG, PNG or WebP file.
+    """
+
+    frame: int
+    points: int
+    box: tuple[float, float, float, float]
+    T_world_camera: NDArray[np.float64] | None = None
+    image: bytes | None = None
+    source: str | None = None
+
+
+class Unread(tuple[View, ...]):
+    """No views, because they were not read: an object that is written back with it keeps those that are stored."""
+
+    __slots__ = ()
+
+
+UNREAD = Unread()
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SceneObject:
@@ -35,7 +66,7 @@ class SceneObject:
     center: (3,) float64 m, or None where the map has no geometry. extent: (3,) float64 m, full side lengths along
     the box's own axes. rotation: (3, 3) float64, columns are the box's axes in the scene frame; None = axis-aligned.
     features: {space name: (d,) float32}. points: (n, 3) float32 m; colors: (n, 3) uint8 RGB.
-    confidence in [0, 1] or None.
+    confidence in [0, 1] or None. views: where it was seen, best first; UNREAD where they were not asked for.
     """
 
     id: ObjectId
@@ -51,6 +82,7 @@ class SceneObject:
     n_observations: int | None = None
     confidence: float | None = None
     properties: Mapping[str, PropertyValue] = field(default_factory=dict)
+    views: tuple[View, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -151,6 +183,21 @@ def check_object(obj: SceneObject, dimensions: Mapping[str, int]) -> None:
             raise SceneError(f"{where}: {obj.points.shape[0]} points but colors of shape {obj.colors.shape}")
     elif obj.colors is not None:
         raise SceneError(f"{where}: has colors but no points")
+    if len(obj.views) > MOST_VIEWS:
+        raise SceneError(f"{where}: has {len(obj.views)} views, at most {MOST_VIEWS} are kept")
+    for rank, view in enumerate(obj.views, start=1):
+        _check_view(f"{where}: view {rank}", view)
+
+
+def image_type(image: bytes) -> str | None:
+    """The media type that the first bytes of an image tell ("image/jpeg", "image/png", "image/webp"), or None."""
+    if image.startswith(b"\xff\xd8\xff"):
+        return "image/jpeg"
+    if image.startswith(b"\x89PNG\r\n\x1a\n"):
+        return "image/png"
+    if image.startswith(b"RIFF") and image[8:12] == b"WEBP":
+        return "image/webp"
+    return None
 
 
 def check_place(place: Place) -> None:
@@ -233,6 +280,36 @@ def _check_box(
             raise SceneError(f"{where}: rotation is not a finite 3 x 3 matrix")
         if np.abs(rotation @ rotation.T - _IDENTITY).max() > 1e-3:
             raise SceneError(f"{where}: rotation is not orthonormal")
+
+
+def _check_view(where: str, view: View) -> None:
+    for what, count in (("frame", view.frame), ("points", view.points)):
+        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 0 <= count < 2**63:
+            raise SceneError(f"{where}: {what} is {str(count)[:40]}, expected a number from 0 on")
+    sides = view.box
+    if len(sides) != 4 or not all(math.isfinite(side) and abs(side) <= LARGEST_PIXEL for side in sides):
+        raise SceneError(f"{where}: box {str(tuple(sides))[:80]} is not left, top, right, bottom in pixels")
+    if sides[0] > sides[2] or sides[1] > sides[3]:
+        raise SceneError(f"{where}: box {tuple(sides)} ends before it begins")
+    if view.T_world_camera is not None:
+        _check_pose(where, view.T_world_camera)
+    if view.source is not None and not 0 < len(view.source) <= 1024:
+        raise SceneError(f"{where}: source must be text of 1 to 1024 characters")
+    if view.image is not None:
+        if len(view.image) > LARGEST_IMAGE:
+            raise SceneError(f"{where}: its image has {len(view.image):,} bytes, at most {LARGEST_IMAGE:,} are kept")
+        if image_type(view.image) is None:
+            raise SceneError(f"{where}: its image is neither JPEG nor PNG nor WebP")
+
+
+def _check_pose(where: str, pose: NDArray[np.float64]) -> None:
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        raise SceneError(f"{where}: T_world_camera is not a finite 4 x 4 matrix")
+    if np.abs(pose[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-6:
+        raise SceneError(f"{where}: the last row of T_world_camera is not 0 0 0 1")
+    turned = pose[:3, :3]
+    if np.abs(pose).max() > LARGEST_COORDINATE or np.abs(turned @ turned.T - _IDENTITY).max() > 1e-3:
+        raise SceneError(f"{where}: T_world_camera is not a turn and a shift in metres")
 
 
 def _check_properties(where: str, properties: Mapping[str, PropertyValue]) -> None:

@@ -9,19 +9,22 @@ from typing import Any, TypeAlias
 from sqlalchemy import Connection, Table, or_, select
 
 from cgdb.errors import CorruptionError
-from cgdb.storage import history, rows, schema
+from cgdb.storage import history, migrate, rows, schema
 from cgdb.storage.rows import MASK, RelationRow
 from cgdb.storage.verify import COLUMNS, verified
 
 _Name: TypeAlias = tuple[Any, ...]
+
+_NAMES = {"nodes": ("key",), "features": ("space", "key"), "clouds": ("key",), "views": ("rank", "key")}
+"""What names a row of each part that belongs to a node: its key last."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Changes:
     """Keys of the nodes, and the relations, by which a scene at b differs from the same scene at a.
 
-    A node has changed when its row, one of its vectors or its cloud has; a relation whose confidence or explanation
-    has changed is removed and added.
+    A node has changed when its row, one of its vectors or views, or its cloud has; a relation whose confidence or
+    explanation has changed is removed and added.
     """
 
     added: tuple[int, ...]
@@ -35,7 +38,7 @@ def changes_between(connection: Connection, scene_id: int, scene: str, a: int, b
     """From revision a to revision b, in either direction of time."""
     ends = (a, b)
     spans: dict[str, tuple[dict[_Name, int], dict[_Name, int]]] = {}
-    for part, names in (("nodes", ("key",)), ("features", ("space", "key")), ("clouds", ("key",))):
+    for part, names in _NAMES.items():
         table = schema.metadata.tables[part]
         old, new = (_contents(connection, table, names, scene_id, revision, ends) for revision in ends)
         spans[part] = (old, new)
@@ -100,6 +103,8 @@ def _touched(table: Table, scene_id: int, revision: int, ends: tuple[int, int]) 
 def _contents(
     connection: Connection, table: Table, names: tuple[str, ...], scene_id: int, revision: int, ends: tuple[int, int]
 ) -> dict[_Name, int]:
+    if not migrate.there(connection, table):
+        return {}
     columns = [table.c[name] for name in (*names, "rev_from", "rev_to", "seal")]
     found = connection.execute(select(*columns).where(_touched(table, scene_id, revision, ends)))
     return {tuple(row[:-3]): rows.seal(row[-1], row[-3], row[-2]) for row in found.all()}

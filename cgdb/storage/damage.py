@@ -65,8 +65,8 @@ def inspect(reading: Reading, *, full: bool) -> list[Damage]:
 
 
 def _parts(headers: list[Header]) -> list[str]:
-    """Every part that the scene ever had; the three that are always there first."""
-    return list(dict.fromkeys(["nodes", "relations", "clouds", *(part for h in headers for part in h.totals)]))
+    """Every part that the scene ever had; those that are always looked at first."""
+    return list(dict.fromkeys(["nodes", "relations", "clouds", "views", *(part for h in headers for part in h.totals)]))
 
 
 def _check_part(reading: Reading, headers: list[Header], part: str, *, full: bool) -> list[Damage]:

@@ -16,7 +16,7 @@ from cgdb.scene import FeatureSpace
 from cgdb.storage import rows, schema
 
 Totals: TypeAlias = Mapping[str, tuple[int, int]]
-"""Part ("nodes", "relations", "clouds", "features:SPACE") -> live rows and the sum of their digests mod 2**63."""
+"""Part ("nodes", "relations", "clouds", "views", "features:SPACE") -> live rows, sum of their digests mod 2**63."""
 
 Counts: TypeAlias = tuple[int, int, int, int, int]
 """Nodes added, changed, removed; relations added, removed."""

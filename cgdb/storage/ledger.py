@@ -1,4 +1,4 @@
-"""The ledger: the one truth of a store. Scenes, objects, relations, vectors, clouds, and the revision of each row.
+"""The ledger: the one truth of a store. Scenes, objects, relations, vectors, clouds, views; the revision of each row.
 
 What was read is what was written: every row carries a digest, every scene the count and sum of its live rows.
 History only grows, so reading a revision needs no long transaction: each batch is a snapshot of its own and all of
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, Engine, insert, select
 
 from cgdb.errors import CorruptionError, SceneError, StoreError, VersionError, did_you_mean, one_of
-from cgdb.scene import FeatureSpace, ObjectId, SceneGraph
-from cgdb.storage import history, reader, rows, schema, sqlite
+from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View
+from cgdb.storage import history, migrate, reader, rows, schema, sqlite
 from cgdb.storage.changes import Changes, changes_between
 from cgdb.storage.damage import Damage, inspect
 from cgdb.storage.history import Revision, SceneInfo
@@ -164,6 +164,10 @@ class Ledger:
         """Points (n, 3) float32 m and colors (n, 3) uint8 of a node."""
         return reader.cloud(self._reading, info, self._sound, key)
 
+    def views(self, info: SceneInfo, key: int) -> tuple[View, ...]:
+        """Where a node was seen, best first."""
+        return reader.views_of(self._reading, info, self._sound, key)
+
     def changes(self, scene_id: int, a: int, b: int) -> Changes:
         """What turns a scene at revision a into the same scene at revision b."""
         with self._reading() as connection:
@@ -176,10 +180,18 @@ class Ledger:
             return changes_between(connection, scene_id, names[scene_id], a, b)
 
     def scene_graph(
-        self, info: SceneInfo, *, features: bool = True, clouds: bool = True, skip_damaged: bool = False
+        self,
+        info: SceneInfo,
+        *,
+        features: bool = True,
+        clouds: bool = True,
+        views: bool = False,
+        skip_damaged: bool = False,
     ) -> SceneGraph:
         """The whole scene. skip_damaged leaves out what is damaged and lists it in provenance["damaged"]."""
-        return read_scene_graph(self._reading, info, features=features, clouds=clouds, skip_damaged=skip_damaged)
+        return read_scene_graph(
+            self._reading, info, features=features, clouds=clouds, views=views, skip_damaged=skip_damaged
+        )
 
     def check(self, *, full: bool = True) -> list[Damage]:
         """Everything that is wrong with the file, its rows and its totals; not full: the latest revision only."""
@@ -286,6 +298,7 @@ class Ledger:
             raise StoreError(f"{self.path}: the store is open for reading only")
         with sqlite.translated(self.path / FILE, "writing"), sqlite.writing(self._engine) as connection:
             try:
+                migrate.upgrade(connection)
                 yield connection
             except BaseException:
                 # Not given back to the pool: after an interrupt nobody knows its state.

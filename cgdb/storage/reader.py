@@ -14,7 +14,8 @@ from sqlalchemy import Column, Connection, Row, Select, Table, select, true, tup
 from sqlalchemy.sql.elements import ColumnElement
 
 from cgdb.errors import CorruptionError
-from cgdb.storage import history, schema
+from cgdb.scene import View
+from cgdb.storage import history, migrate, schema
 from cgdb.storage.history import SceneInfo
 from cgdb.storage.rows import MASK, NodeRow, RelationRow
 from cgdb.storage.verify import COLUMNS, Cloud, verified
@@ -90,6 +91,12 @@ def clouds(reading: Reading, info: SceneInfo, damaged: list[str] | None = None) 
         yield from ((row[0], cloud) for row, _, cloud in found)
 
 
+def views(reading: Reading, info: SceneInfo, damaged: list[str] | None = None) -> Iterator[tuple[int, View]]:
+    """All views with the keys of their objects, by key and best first, a few at a time."""
+    for found in _pages(reading, info, "views", 64, damaged, schema.live(schema.views, info.revision)):
+        yield from ((row[0], view) for row, _, view in found)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lifetime:
     """The digest of a verified row and the revisions in which it lived."""
@@ -103,7 +110,7 @@ def lifetimes(reading: Reading, info: SceneInfo, part: str, damaged: list[str], 
     """The rows of a part, damaged ones listed instead: those of the revision, or every one there ever was."""
     table = _table(part)[0]
     which = true() if every else schema.live(table, info.revision)
-    for found in _pages(reading, info, part, 256 if part == "clouds" else 4096, damaged, which, total=False):
+    for found in _pages(reading, info, part, 256 if part in _LARGE else 4096, damaged, which, total=False):
         for row, digest, _ in found:
             start = len(_ORDER[table])
             yield Lifetime(digest=digest, rev_from=row[start], rev_to=row[start + 1])
@@ -114,8 +121,12 @@ _ORDER: dict[Table, tuple[str, ...]] = {
     schema.relations: ("source", "target", "label", "origin"),
     schema.features: ("key",),
     schema.clouds: ("key",),
+    schema.views: ("key", "rank"),
 }
 """The columns that name a live row, in the order of reading."""
+
+_LARGE = ("clouds", "views")
+"""Parts that are not read whole without need."""
 
 
 def _table(part: str) -> tuple[Table, ColumnElement[bool]]:
@@ -146,6 +157,9 @@ def _pages(
     statement = _select(part).where(table.c.scene_id == info.id, which).order_by(*order)
     sums = PartSum(reading, info, part)
     after: tuple[Any, ...] | None = None
+    with reading() as connection:
+        if not migrate.there(connection, table):
+            return
     while True:
         page = statement if after is None else statement.where(tuple_(*order) > tuple_(*after))
         try:
@@ -281,6 +295,19 @@ def cloud(reading: Reading, info: SceneInfo, sound: Sound, key: int) -> Cloud | 
     return found
 
 
+def views_of(reading: Reading, info: SceneInfo, sound: Sound, key: int) -> tuple[View, ...]:
+    """The views of one object, best first."""
+    table = schema.views
+    with reading() as connection:
+        if not migrate.there(connection, table):
+            return ()
+        raw = connection.execute(_live("views", info).where(table.c.key == key).order_by(table.c.rank)).all()
+    if not raw:
+        _prove_absent(reading, info, sound, "views", table.c.key, [key])
+    _expect(info, "views", [tuple(row[:2]) for row in raw] == [(key, rank) for rank in range(len(raw))])
+    return tuple(verified("views", info.id, info.name, row)[1] for row in raw)
+
+
 def _expect(info: SceneInfo, part: str, holds: bool) -> None:
     if not holds:
         raise CorruptionError(
@@ -310,8 +337,8 @@ def _prove_absent(
             return
         there = connection.execute(select(column).where(where)).scalars().all()
     _expect(info, part, len(there) == expected and values.isdisjoint(there))
-    # Not the clouds: they are too large to be read for a miss.
-    if part != "clouds" and (info.id, info.revision, part) not in sound:
+    # Not clouds and views: they are too large to be read for a miss.
+    if part not in _LARGE and (info.id, info.revision, part) not in sound:
         for _ in _pages(reading, info, part, 4096, None, schema.live(table, info.revision)):
             pass
         sound.add((info.id, info.revision, part))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError, SceneError
-from cgdb.scene import ObjectId, Place, PropertyValue, Relation, SceneObject, canonical_id
+from cgdb.scene import ObjectId, Place, PropertyValue, Relation, SceneObject, View, canonical_id
 
 MASK = 2**63 - 1
 
@@ -32,6 +32,9 @@ NodePayload: TypeAlias = tuple[
 
 RelationPayload: TypeAlias = tuple[int, int, str, str, float, str | None]
 """source, target, label, origin, confidence, explanation."""
+
+ViewPayload: TypeAlias = tuple[int, int, bytes, bytes | None, str | None, bytes | None]
+"""frame, points, box, pose, source, image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -73,6 +76,8 @@ _NODE = Struct("<qqqdiiiiiii")
 _RELATION = Struct("<qqqdiii")
 _FEATURE = Struct("<qqi")
 _CLOUD = Struct("<qqq?")
+_VIEW = Struct("<qqqqqiiii")
+_BOX = Struct("<4d")
 _WORD = Struct("<q")
 
 
@@ -119,6 +124,15 @@ def feature_digest(scene_id: int, space: bytes, key: int, vector: bytes) -> int:
 def cloud_digest(scene_id: int, key: int, n_points: int, colored: bool, data: bytes) -> int:
     """The digest of a row of ``clouds``."""
     return _digest(_CLOUD.pack(scene_id, key, n_points, colored) + data)
+
+
+def view_digest(scene_id: int, key: int, rank: int, payload: ViewPayload) -> int:
+    """The digest of a row of ``views``."""
+    frame, points, box, pose, source, image = payload
+    name = None if source is None else source.encode()
+    lengths = (len(box), _length(pose), _length(name), _length(image))
+    head = _VIEW.pack(scene_id, key, rank, frame, points, *lengths)
+    return _digest(b"".join((head, box, pose or b"", name or b"", image or b"")))
 
 
 def record_digest(values: Sequence[object]) -> int:
@@ -254,7 +268,7 @@ def _load_properties(text: str) -> dict[str, PropertyValue]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in loaded.items()}
 
 
-# --- relations, features, clouds -------------------------------------------------------------------------------------
+# --- relations, features, clouds, views ------------------------------------------------------------------------------
 
 
 def relation_payload(source: int, target: int, relation: Relation) -> RelationPayload:
@@ -291,3 +305,29 @@ def cloud_arrays(n_points: int, colored: bool, data: bytes) -> tuple[NDArray[np.
     if not colored:
         return points, None
     return points, np.frombuffer(data, np.uint8, offset=12 * n_points).reshape(n_points, 3)
+
+
+def view_payload(where: str, view: View) -> ViewPayload:
+    """A checked view as the columns of ``views``. where: the object, for errors."""
+    return (
+        int(view.frame),
+        int(view.points),
+        _BOX.pack(*view.box),
+        None if view.T_world_camera is None else np.asarray(view.T_world_camera, "<f8").tobytes(),
+        _text(where, "a view's source", view.source),
+        None if view.image is None else bytes(view.image),
+    )
+
+
+def view_record(payload: ViewPayload) -> View:
+    """The view of a verified row."""
+    frame, points, box, pose, source, image = payload
+    left, top, right, bottom = _BOX.unpack(box)
+    return View(
+        frame=frame,
+        points=points,
+        box=(left, top, right, bottom),
+        T_world_camera=None if pose is None else np.frombuffer(pose, "<f8").reshape(4, 4),
+        image=image,
+        source=source,
+    )

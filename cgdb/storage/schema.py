@@ -1,6 +1,6 @@
 """The tables of the ledger. All are keyed by scene, so that a distributed PostgreSQL could spread them.
 
-Rows of nodes, relations, features and clouds are temporal: a row is live at revision r when
+Rows of nodes, relations, features, clouds and views are temporal: a row is live at revision r when
 ``rev_from <= r and (rev_to is null or rev_to > r)``. A change closes a row and inserts its successor.
 ``seal`` is the row's digest mixed with its two revisions, see ``cgdb.storage.rows``.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, LargeBinary, MetaData, Table, Text
 from sqlalchemy.sql.elements import ColumnElement
 
-FORMAT = 1
+FORMAT = 2
 """The version of these tables. A store with a larger one was written by a newer cgdb."""
 
 metadata = MetaData()
@@ -128,6 +128,27 @@ clouds = Table(
     Column("colored", Boolean, nullable=False),
     Column("data", LargeBinary, nullable=False, comment="points float32 (n, 3), then colors uint8 (n, 3)"),
 )
+
+
+views = Table(
+    "views",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("key", BigInteger, primary_key=True, autoincrement=False),
+    Column("rank", BigInteger, primary_key=True, autoincrement=False, comment="0 is the best"),
+    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
+    Column("rev_to", BigInteger),
+    Column("seal", BigInteger, nullable=False),
+    Column("frame", BigInteger, nullable=False),
+    Column("points", BigInteger, nullable=False),
+    Column("box", LargeBinary, nullable=False, comment="float64: left, top, right, bottom in pixels"),
+    Column("pose", LargeBinary, comment="float64 (4, 4): T_world_camera"),
+    Column("source", Text, comment="the file of the frame"),
+    Column("image", LargeBinary, comment="JPEG, PNG or WebP"),
+)
+
+ADDED = {2: (views,)}
+"""{format: the tables that came with it}. A store of an older format is without them until it is written to."""
 
 
 def live(table: Table, revision: int) -> ColumnElement[bool]:

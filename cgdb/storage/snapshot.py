@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cgdb.scene import Place, Relation, SceneGraph, SceneObject, Vector
+from cgdb.scene import UNREAD, Place, Relation, SceneGraph, SceneObject, Vector, View
 from cgdb.storage import reader
 from cgdb.storage.history import SceneInfo
 from cgdb.storage.reader import Reading
@@ -13,7 +13,7 @@ from cgdb.storage.verify import Cloud
 
 
 def read_scene_graph(
-    reading: Reading, info: SceneInfo, *, features: bool, clouds: bool, skip_damaged: bool
+    reading: Reading, info: SceneInfo, *, features: bool, clouds: bool, views: bool, skip_damaged: bool
 ) -> SceneGraph:
     """Everything of a scene. skip_damaged leaves damaged rows out and lists them in provenance["damaged"]."""
     damaged: list[str] | None = [] if skip_damaged else None
@@ -24,6 +24,9 @@ def read_scene_graph(
             for key, vector in zip(keys.tolist(), matrix, strict=True):
                 vectors.setdefault(key, {})[space.name] = vector
     points: dict[int, Cloud] = dict(reader.clouds(reading, info, damaged)) if clouds else {}
+    seen: dict[int, list[View]] = {}
+    for key, view in reader.views(reading, info, damaged) if views else ():
+        seen.setdefault(key, []).append(view)
     ids = {node.key: node.id for node in nodes}
     relations = [
         Relation(
@@ -44,7 +47,11 @@ def read_scene_graph(
         provenance["damaged"] = damaged
     return SceneGraph(
         name=info.name,
-        objects=tuple(_object(n, vectors.get(n.key, {}), points.get(n.key)) for n in nodes if n.label == "Object"),
+        objects=tuple(
+            _object(n, vectors.get(n.key, {}), points.get(n.key), tuple(seen.get(n.key, ())) if views else UNREAD)
+            for n in nodes
+            if n.label == "Object"
+        ),
         places=tuple(_place(n) for n in nodes if n.label != "Object"),
         relations=tuple(relations),
         frame=info.frame,
@@ -54,7 +61,7 @@ def read_scene_graph(
     )
 
 
-def _object(node: NodeRow, features: dict[str, Vector], cloud: Cloud | None) -> SceneObject:
+def _object(node: NodeRow, features: dict[str, Vector], cloud: Cloud | None, views: tuple[View, ...]) -> SceneObject:
     points, colors = (None, None) if cloud is None else cloud
     return SceneObject(
         id=node.id,
@@ -70,6 +77,7 @@ def _object(node: NodeRow, features: dict[str, Vector], cloud: Cloud | None) -> 
         n_observations=node.n_observations,
         confidence=node.confidence,
         properties=node.properties,
+        views=views,
     )
 
 

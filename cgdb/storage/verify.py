@@ -34,6 +34,7 @@ COLUMNS = {
     "relations": ("source", "target", "label", "origin", *_SPAN, "confidence", "explanation"),
     "features": ("key", *_SPAN, "vector"),
     "clouds": ("key", *_SPAN, "n_points", "colored", "data"),
+    "views": ("key", "rank", *_SPAN, "frame", "points", "box", "pose", "source", "image"),
 }
 """What is read of each table, in the order that ``verified`` takes."""
 
@@ -42,9 +43,10 @@ _UNDECODABLE = (struct.error, ValueError, TypeError, AttributeError, OverflowErr
 
 
 def verified(part: str, scene_id: int, scene: str, row: Sequence[Any]) -> tuple[int, Any]:
-    """Digest and value of a row of a part ("nodes", "relations", "clouds", "features:SPACE").
+    """Digest and value of a row of a part ("nodes", "relations", "clouds", "views", "features:SPACE").
 
-    The value is a NodeRow, a RelationRow, a Cloud, or the bytes of a vector. CorruptionError names scene and object.
+    The value is a NodeRow, a RelationRow, a Cloud, a View, or the bytes of a vector. CorruptionError names scene and
+    object.
     """
     digest = None
     value: Any = None
@@ -66,6 +68,12 @@ def verified(part: str, scene_id: int, scene: str, row: Sequence[Any]) -> tuple[
             digest = rows.cloud_digest(scene_id, key, n_points, colored, data)
             sound = rows.seal(mark, start, end) == digest
             value = rows.cloud_arrays(n_points, colored, data) if sound else None
+        elif part == "views":
+            key, rank, start, end, mark, *rest = row
+            payload = tuple(rest)
+            digest = rows.view_digest(scene_id, key, rank, payload)
+            sound = rows.seal(mark, start, end) == digest
+            value = rows.view_record(payload) if sound else None
         else:
             key, start, end, mark, value = row
             digest = rows.feature_digest(scene_id, part.removeprefix("features:").encode(), key, value)
@@ -84,6 +92,8 @@ def _damaged(part: str, scene: str, row: Sequence[Any]) -> CorruptionError:
         what = f"relation {row[2]!r} between keys {row[0]} and {row[1]}"
     elif part == "clouds":
         what = f"point cloud of the object with key {row[0]}"
+    elif part == "views":
+        what = f"view {row[1]} of the object with key {row[0]}"
     else:
         what = f"feature '{part.removeprefix('features:')}' of the object with key {row[0]}"
     return CorruptionError(

@@ -25,6 +25,7 @@ from cgdb.scene import (
     Place,
     Relation,
     SceneObject,
+    Unread,
     check_object,
     check_place,
     check_relation,
@@ -42,13 +43,14 @@ _RELATIONS = 4096
 
 _Values: TypeAlias = tuple[Any, ...]
 
-_TABLES = {t.name: t for t in (schema.nodes, schema.relations, schema.features, schema.clouds)}
+_TABLES = {t.name: t for t in (schema.nodes, schema.relations, schema.features, schema.clouds, schema.views)}
 
 _IDENTITY = {
     schema.nodes: ("key",),
     schema.relations: ("source", "target", "label", "origin"),
     schema.features: ("space", "key"),
     schema.clouds: ("key",),
+    schema.views: ("key", "rank"),
 }
 """What names a live row of a scene, per temporal table."""
 
@@ -147,7 +149,7 @@ class SceneWriter:
                 self._write_valid_relations(batch)
 
     def remove(self, ids: Iterable[ObjectId]) -> None:
-        """Remove objects or places with their vectors, clouds and relations. SceneError for an id that is not there."""
+        """Remove objects or places with all that is theirs, relations too. SceneError for an id that is not there."""
         stream = iter(ids)
         while batch := list(islice(stream, _BATCH_ROWS)):
             texts = [rows.id_text(value) for value in batch]
@@ -185,6 +187,7 @@ class SceneWriter:
         changed = self._follow("nodes", keys, wanted)
         changed |= self._write_features(keys, batch)
         changed |= self._write_clouds(keys, batch)
+        changed |= self._write_views(keys, batch)
         self.added += len(keys) - len(before)
         self.changed += len(changed & before.keys())
 
@@ -211,12 +214,34 @@ class SceneWriter:
                 wanted[key,] = (rows.cloud_digest(self._scene_id, key, *payload), payload)
         return self._follow("clouds", keys, wanted)
 
+    def _write_views(self, keys: list[int], batch: list[tuple[NodePayload, SceneObject | None]]) -> set[int]:
+        """Write the views of nodes; returns the keys whose views are not what they were."""
+        wanted: dict[_Values, tuple[int, _Values]] = {}
+        unread: list[int] = []
+        for key, (_, obj) in zip(keys, batch, strict=True):
+            if obj is None:
+                continue
+            if isinstance(obj.views, Unread):
+                unread.append(key)
+            for rank, view in enumerate(obj.views):
+                payload = rows.view_payload(f"object #{obj.id}", view)
+                wanted[key, rank] = (rows.view_digest(self._scene_id, key, rank, payload), payload)
+        broken: set[int] = set()
+        for (key, rank), (start, mark, sound) in sorted(self._live_rows("views", unread).items()):
+            # Ranks have no gaps: what follows a damaged view, which only a replacement leaves behind, goes with it.
+            if sound and key not in broken:
+                wanted[key, rank] = (rows.seal(mark, start, None), ())
+            else:
+                broken.add(key)
+        return self._follow("views", keys, wanted)
+
     def _follow(self, part: str, keys: list[int], wanted: dict[_Values, tuple[int, _Values]]) -> set[int]:
         """Make the live rows of keys those that are wanted (name -> digest, payload); returns the keys that differ.
 
         The same rows stay, others are closed and followed.
         """
         table = _TABLES[part.partition(":")[0]]
+        key_at = _IDENTITY[table].index("key")
         close: list[_Values] = []
         changed: set[int] = set()
         new = dict(wanted)
@@ -228,14 +253,14 @@ class SceneWriter:
                     self._add(part, digest)
                 continue
             close.append((*name, start, mark))
-            changed.add(name[-1])
+            changed.add(name[key_at])
         self._close_rows(table, part, close)
         number = self._number
         inserted: list[_Values] = []
         for name, (digest, payload) in new.items():
             inserted.append((self._scene_id, *name, number, None, rows.seal(digest, number, None), *payload))
             self._add(part, digest)
-            changed.add(name[-1])
+            changed.add(name[key_at])
         self._insert_rows(table, inserted)
         return changed
 
@@ -249,6 +274,7 @@ class SceneWriter:
         kind = part.partition(":")[0]
         table = _TABLES[kind]
         names = COLUMNS[kind]
+        width = names.index("rev_from")
         found: dict[_Values, tuple[int, int, bool]] = {}
         for some in _slices(keys, _BATCH_ROWS):
             statement = select(*(table.c[name] for name in names)).where(
@@ -259,7 +285,7 @@ class SceneWriter:
                 prefix = (part.removeprefix("features:"),)
                 statement = statement.where(table.c.space == prefix[0])
             for row in self._connection.execute(statement).all():
-                found[*prefix, row[0]] = (row.rev_from, row.seal, self._sound(part, row))
+                found[*prefix, *row[:width]] = (row.rev_from, row.seal, self._sound(part, row))
         return found
 
     def _sound(self, part: str, row: Sequence[Any]) -> bool:
@@ -458,6 +484,7 @@ class SceneWriter:
             for space in self._stored_spaces:
                 self._close_touching(schema.features, f"features:{space}", "key", some, space)
             self._close_touching(schema.clouds, "clouds", "key", some)
+            self._close_touching(schema.views, "views", "key", some)
             if relations:
                 for end in ("source", "target"):
                     self.relations_removed += self._close_touching(schema.relations, "relations", end, some)
@@ -648,6 +675,7 @@ def _batches(objects: Iterable[SceneObject]) -> Iterator[list[SceneObject]]:
         size += sum(vector.nbytes for vector in obj.features.values())
         if obj.points is not None:
             size += obj.points.nbytes
+        size += sum(len(view.image) for view in obj.views if view.image is not None)
         if len(batch) >= _BATCH_ROWS or size >= _BATCH_BYTES:
             yield batch
             batch = []

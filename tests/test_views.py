@@ -1,0 +1,309 @@
+"""Views of objects in the store: what is written is read, at every revision; older stores; damage; the JSON."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cgdb
+from cgdb.errors import CorruptionError, SceneError, VersionError
+from cgdb.scene import LARGEST_IMAGE, UNREAD, SceneGraph, SceneObject, View, check_object, image_type
+from cgdb.storage import schema
+from cgdb.storage.ledger import Ledger
+
+JPEG = b"\xff\xd8\xff\xe0" + bytes(range(256)) * 8
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(64)
+
+
+def pose(turn: float = 0.3) -> np.ndarray:
+    made = np.eye(4)
+    made[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+    made[:3, 3] = 1.5, -2.0, 1e-3
+    return made
+
+
+def view(frame: int = 3, **more: object) -> View:
+    given = {"points": 100 - frame, "box": (10.0, 20.5, 110.0, 80.0), "image": JPEG + bytes([frame % 256]), **more}
+    return View(frame=frame, **given)  # type: ignore[arg-type]
+
+
+def seen(number: int, *views: View, tag: str = "mug") -> SceneObject:
+    return SceneObject(id=number, tag=tag, center=np.zeros(3), extent=np.ones(3), views=views)
+
+
+def same(a: tuple[View, ...], b: tuple[View, ...]) -> bool:
+    def plain(one: View) -> tuple[object, ...]:
+        turned = None if one.T_world_camera is None else one.T_world_camera.tobytes()
+        return one.frame, one.points, one.box, turned, one.image, one.source
+
+    return [plain(one) for one in a] == [plain(one) for one in b]
+
+
+VIEWS = (
+    view(3, T_world_camera=pose(), source="frame000003.jpg"),
+    view(7, image=PNG),
+    view(8, image=None, points=0),
+)
+
+
+@pytest.fixture
+def db(tmp_path: Path) -> Iterator[cgdb.Database]:
+    with cgdb.open(tmp_path / "lab.cgdb", create=True, text_encoder=None) as opened:
+        yield opened
+
+
+def add(db: cgdb.Database, *objects: SceneObject, how: str = "error") -> int | None:
+    return db.add(SceneGraph(name="lab", objects=objects), on_existing=how)  # type: ignore[arg-type]
+
+
+def execute(db: cgdb.Database, *statements: str) -> None:
+    database = sqlite3.connect(db.path / "ledger.sqlite")
+    for statement in statements:
+        database.execute(statement)
+    database.commit()
+    database.close()
+
+
+# --- in and out ------------------------------------------------------------------------------------------------------
+
+
+def test_views_come_back_as_they_went_in(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS), seen(2))
+    assert same(db.views(1), VIEWS)
+    assert db.views(2) == ()
+    assert db.check() == ()
+    whole = db.scene("lab", views=True)
+    assert same(whole.objects[0].views, VIEWS)
+    assert whole.objects[1].views == () and whole.objects[1].views is not UNREAD
+    assert [obj.views for obj in db.scene("lab").objects] == [UNREAD, UNREAD]
+
+
+def test_each_revision_has_its_own(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS), seen(2, view(4)))
+    assert add(db, seen(1, *VIEWS), how="merge") is None  # the same again: nothing is written
+    assert add(db, seen(1, VIEWS[1]), how="merge") == 2
+    db.remove("lab")
+    assert same(db.views(1, as_of=1), VIEWS)
+    assert same(db.views(1, as_of=2), VIEWS[1:2])
+    assert same(db.views(2, as_of=2), (view(4),))
+    assert add(db, seen(1, *VIEWS)) == 4
+    assert same(db.views(1), VIEWS)
+    assert db.check() == ()
+
+
+def test_what_did_not_change_is_not_written_again(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS))
+    better = view(9)
+    add(db, seen(1, *VIEWS[:2], better), how="merge")
+    database = sqlite3.connect(db.path / "ledger.sqlite")
+    assert database.execute("select rank, count(*) from views group by rank").fetchall() == [(0, 1), (1, 1), (2, 2)]
+    database.close()
+    (changes,) = db.diff(1, 2).values()
+    assert (len(changes.changed), changes.added, changes.removed) == (1, (), ())
+
+
+@pytest.mark.parametrize("how", ["merge", "replace"])
+def test_an_object_read_without_its_views_keeps_them(db: cgdb.Database, how: str) -> None:
+    add(db, seen(1, *VIEWS), seen(2, view(4)))
+    read = db.scene("lab")
+    named = tuple(replace(obj, caption="a thing") for obj in read.objects)
+    assert db.add(replace(read, objects=named), on_existing=how) == 2  # type: ignore[arg-type]
+    assert same(db.views(1), VIEWS) and same(db.views(2), (view(4),))
+    assert db.check() == ()
+    assert add(db, seen(1), how="merge") == 3  # (): it has none
+    assert db.views(1) == ()
+    assert db.check() == ()
+
+
+def test_removed_objects_take_their_views_along(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS), seen(2, view(4)))
+    with db.write("lab", on_existing="merge") as writer:
+        writer.remove([1])
+    add(db, seen(3, view(5)), how="replace")
+    assert db.check() == ()
+    database = sqlite3.connect(db.path / "ledger.sqlite")
+    assert database.execute("select frame from views where rev_to is null").fetchall() == [(5,)]
+    database.close()
+
+
+def test_nothing_is_kept_of_a_block_that_fails(db: cgdb.Database) -> None:
+    add(db, seen(1, view(1)))
+    with pytest.raises(RuntimeError), db.write("lab", on_existing="merge") as writer:
+        writer.objects([seen(1, *VIEWS)])
+        raise RuntimeError
+    assert same(db.views(1), (view(1),))
+
+
+# --- rules -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("bad", "message"),
+    [
+        (view(-1), "frame is -1"),
+        (view(2, points=-5), "points is -5"),
+        (view(2, box=(1.0, 2.0, 3.0)), "left, top, right, bottom"),
+        (view(2, box=(1.0, 2.0, float("nan"), 4.0)), "left, top, right, bottom"),
+        (view(2, box=(5.0, 2.0, 3.0, 4.0)), "ends before it begins"),
+        (view(2, T_world_camera=np.full((4, 4), np.nan)), "not a finite 4 x 4"),
+        (view(2, T_world_camera=np.zeros((4, 4))), "last row"),
+        (view(2, T_world_camera=np.diag([2.0, 1.0, 1.0, 1.0])), "not a turn"),
+        (view(2, image=b"GIF89a" + bytes(10)), "neither JPEG nor PNG nor WebP"),
+        (view(2, image=b""), "neither JPEG nor PNG nor WebP"),
+        (view(2, image=JPEG + bytes(LARGEST_IMAGE)), "at most 524,288"),
+        (view(2, source=""), "source"),
+    ],
+)
+def test_what_is_no_view_is_refused(bad: View, message: str) -> None:
+    with pytest.raises(SceneError, match=message) as caught:
+        check_object(seen(7, view(1), bad), {})
+    assert "object #7: view 2" in str(caught.value) and "\n" not in caught.value.message
+
+
+def test_too_many_views_are_refused() -> None:
+    with pytest.raises(SceneError, match="101 views"):
+        check_object(seen(7, *(view(i) for i in range(101))), {})
+
+
+def test_images_are_told_by_their_first_bytes() -> None:
+    assert [image_type(data) for data in (JPEG, PNG, b"RIFF\x00\x00\x00\x00WEBPVP8 ", b"RIFF", b"\xff\xd8", b"")] == [
+        "image/jpeg",
+        "image/png",
+        "image/webp",
+        None,
+        None,
+        None,
+    ]
+
+
+# --- older and newer stores ------------------------------------------------------------------------------------------
+
+
+def age(path: Path) -> None:
+    """Make a store what the version before would have left: no table of views, format 1."""
+    database = sqlite3.connect(path / "ledger.sqlite")
+    database.execute("drop table views")
+    database.execute("update meta set value = '1' where name = 'format'")
+    database.execute("pragma user_version = 1")
+    database.commit()
+    database.close()
+
+
+def noted(path: Path) -> tuple[str, int]:
+    database = sqlite3.connect(path / "ledger.sqlite")
+    (value,) = database.execute("select value from meta where name = 'format'").fetchone()
+    (version,) = database.execute("pragma user_version").fetchone()
+    database.close()
+    return value, version
+
+
+@pytest.mark.parametrize("read_only", [True, False])
+def test_a_store_of_the_format_before_is_read_as_it_is(tmp_path: Path, read_only: bool) -> None:
+    path = tmp_path / "old.cgdb"
+    with cgdb.open(path, create=True, text_encoder=None) as db:
+        add(db, seen(1), seen(2))
+        add(db, seen(1, tag="cup"), how="merge")
+    age(path)
+    with cgdb.open(path, read_only=read_only, text_encoder=None) as db:
+        assert [obj.views for obj in db.scene("lab", views=True).objects] == [(), ()]
+        assert db.views(1) == ()
+        assert list(db.diff(1, 2)) == ["lab"]
+        assert db.check() == ()
+    assert noted(path) == ("1", 1)
+
+
+def test_a_store_of_the_format_before_is_brought_up_to_date_by_the_first_write(tmp_path: Path) -> None:
+    path = tmp_path / "old.cgdb"
+    with cgdb.open(path, create=True, text_encoder=None) as db:
+        add(db, seen(1), seen(2))
+    age(path)
+    with cgdb.open(path, text_encoder=None) as db, cgdb.open(path, text_encoder=None) as other:
+        with pytest.raises(RuntimeError), db.write("lab", on_existing="merge") as writer:
+            writer.objects([seen(1, *VIEWS)])
+            raise RuntimeError
+        assert noted(path) == ("1", 1)  # with the block, what it had brought up to date
+        assert add(db, seen(1), how="merge") is None
+        assert add(db, seen(1, *VIEWS), how="merge") == 2
+        assert noted(path) == (str(schema.FORMAT), schema.FORMAT)
+        assert same(other.views(1), VIEWS)  # open all the while
+        assert other.views(1, as_of=1) == ()
+        assert add(other, seen(2, view(4)), how="merge") == 3
+        assert db.check() == ()
+    with Ledger.open(path, read_only=True) as ledger:
+        assert same(ledger.scene_graph(ledger.scene("lab"), views=True).objects[0].views, VIEWS)
+
+
+def test_a_cgdb_that_knows_no_views_refuses_the_store(db: cgdb.Database, monkeypatch: pytest.MonkeyPatch) -> None:
+    add(db, seen(1, *VIEWS))
+    monkeypatch.setattr(schema, "FORMAT", 1)
+    with pytest.raises(VersionError, match="knows formats up to 1"):
+        cgdb.open(db.path)
+
+
+# --- damage ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_flipped_byte_in_an_image_is_found(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS), seen(2, view(4)))
+    db.prepare()
+    file = db.path / "ledger.sqlite"
+    database = sqlite3.connect(file)
+    database.execute("pragma wal_checkpoint(truncate)")
+    database.close()
+    data = bytearray(file.read_bytes())
+    at = data.index(JPEG + bytes([3]))
+    data[at + 1000] ^= 1
+    file.write_bytes(data)
+    with cgdb.open(db.path, text_encoder=None) as read:
+        (problem,) = read.check()
+        assert "view 0 of the object with key" in problem.message
+        with pytest.raises(CorruptionError, match="view 0"):
+            read.views(1)
+        assert same(read.views(2), (view(4),))
+        with pytest.raises(CorruptionError, match="view 0"):
+            read.scene("lab", views=True)
+        saved = read.scene("lab", views=True, skip_damaged=True)
+        assert same(saved.objects[0].views, VIEWS[1:])
+        assert "view 0" in saved.provenance["damaged"][0]
+        with pytest.raises(CorruptionError, match="view 0"):
+            add(read, seen(1, view(5)), how="merge")
+        read.add(replace(saved, provenance={}), on_existing="replace")
+        assert same(read.views(1), VIEWS[1:])
+        assert read.check(full=False) == ()
+
+
+def test_a_replacement_leaves_damaged_views_behind(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS), seen(2, view(4)))
+    execute(db, "update views set points = 5 where rank = 1")
+    db.add(db.scene("lab"), on_existing="replace")
+    assert same(db.views(1), VIEWS[:1]) and same(db.views(2), (view(4),))
+    assert db.check(full=False) == ()
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "delete from views where rank = 0",
+        "delete from views where rank = 1",
+        "delete from views where frame = 4",
+        "update views set rank = 5 where rank = 1",
+        "update views set rev_to = 1 where frame = 4",
+        "update views set pose = null where rank = 0",
+        "update views set box = 'x' where rank = 0",
+        "update views set source = 'other.jpg' where rank = 0",
+        "drop table views",
+    ],
+)
+def test_views_that_vanish_or_change_are_noticed(db: cgdb.Database, statement: str) -> None:
+    add(db, seen(1, *VIEWS), seen(2, view(4)))
+    execute(db, statement)
+    assert db.check() != ()
+    with pytest.raises(CorruptionError):
+        db.views(1), db.views(2)
+    with pytest.raises(CorruptionError):
+        db.scene("lab", views=True)
