@@ -22,3 +22,14 @@ def data() -> Path:
     if not path.is_dir():
         pytest.fail(f"CGDB_TEST_DATA names no folder: {path}")
     return path
+
+
+@pytest.fixture
+def no_model(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Neither the settings nor the memory of whoever runs the tests: no language model is configured."""
+    for name in ("BASE_URL", "MODEL", "API_KEY", "TIMEOUT", "DEADLINE", "WAY"):
+        monkeypatch.delenv(f"CGDB_LLM_{name}", raising=False)
+    for name in ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "http_proxy", "https_proxy", "all_proxy"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))

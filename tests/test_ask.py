@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import sys
 from collections.abc import Iterator
@@ -23,29 +22,10 @@ from cgdb.model.query_json import to_json
 from cgdb.model.recording import recording, replaying
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject
 from cgdb.testing import store
+from tests import model_server as server
+from tests.model_server import HTML, ModelServer, Said, error
 
-
-def _server() -> Any:
-    spec = importlib.util.spec_from_file_location("model_server", Path(__file__).with_name("model_server.py"))
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["model_server"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-server = _server()
-ModelServer, Said, HTML, error = server.ModelServer, server.Said, server.HTML, server.error
-
-
-@pytest.fixture(autouse=True)
-def _alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("BASE_URL", "MODEL", "API_KEY", "TIMEOUT", "DEADLINE", "WAY"):
-        monkeypatch.delenv(f"CGDB_LLM_{name}", raising=False)
-    for name in ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "http_proxy", "https_proxy", "all_proxy"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+pytestmark = pytest.mark.usefixtures("no_model")
 
 
 def thing(number: int, tag: str, caption: str, x: float, **more: Any) -> SceneObject:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +11,12 @@ import pytest
 from cgdb.cli.app import main
 from cgdb.judged import JudgedQuery
 from cgdb.retrieval import Outcome, scores, share
+from tests import model_server as server
+from tests.model_server import ModelServer
+
+pytestmark = pytest.mark.usefixtures("no_model")
 
 FLAT = Path(__file__).parents[1] / "cli" / "flat.json"
-
-
-def _server() -> Any:
-    spec = importlib.util.spec_from_file_location("model_server", Path(__file__).with_name("model_server.py"))
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["model_server"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-server = _server()
-ModelServer = server.ModelServer
-
-
-@pytest.fixture(autouse=True)
-def _alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("BASE_URL", "MODEL", "API_KEY", "TIMEOUT", "DEADLINE", "WAY"):
-        monkeypatch.delenv(f"CGDB_LLM_{name}", raising=False)
-    for name in ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "http_proxy", "https_proxy", "all_proxy"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,18 +12,11 @@ from cgdb.errors import ParseError
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
 from cgdb.grammar.printer import to_text
-from cgdb.model.query_json import from_json, schema, to_json
+from cgdb.model.query_from_json import from_json
+from cgdb.model.query_json import to_json
+from cgdb.model.query_schema import schema
+from tests import strategies
 
-
-def _strategies():  # type: ignore[no-untyped-def]
-    spec = importlib.util.spec_from_file_location("strategies", Path(__file__).with_name("strategies.py"))
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-strategies = _strategies()
 pytestmark = pytest.mark.filterwarnings("ignore:Generating overly large repr")
 
 
