@@ -3,7 +3,7 @@
 The layout is for people and for diffs: one object, place or relation per line, fields that are None left out, mappings
 in the order of their keys. Floats are written so that they read back bit by bit. A feature vector or point cloud is a
 plain list while it is short, and above that ``{"dtype": "<f4", "shape": [512], "data": base64}`` of its little-endian
-bytes.
+bytes. Views are written with their images, as base64 text.
 ``cgdb.ingest.scene_json`` reads it.
 """
 
@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.export_document import Document, json_text, json_value
-from cgdb.scene import Place, Relation, SceneGraph, SceneObject
+from cgdb.scene import Place, Relation, SceneGraph, SceneObject, View
 
-VERSION = 1
+VERSION = 2
+"""Version 1 knew no views; a scene without any is still written as 1, which an older cgdb reads."""
 LONGEST_LIST = 16
 """Arrays of up to this many numbers are written as a list, which a person can read and edit; longer ones as bytes."""
 
@@ -31,7 +32,7 @@ def scene_json(scene: SceneGraph) -> Document:
 
 def _lines(scene: SceneGraph) -> Iterator[str]:
     yield "{\n"
-    yield f'"cgdb_scene": {VERSION},\n'
+    yield f'"cgdb_scene": {VERSION if any(obj.views for obj in scene.objects) else 1},\n'
     for key in ("name", "frame", "up"):
         yield f'"{key}": {json_text(getattr(scene, key), f"the {key}")},\n'
     spaces = (_present(name=s.name, dimension=s.dimension, encoder=s.encoder) for s in scene.spaces)
@@ -68,6 +69,18 @@ def _object(obj: SceneObject) -> dict[str, Any]:
         features={space: _encoded(obj.features[space], "<f4") for space in sorted(obj.features)} or None,
         points=None if obj.points is None else _encoded(obj.points, "<f4"),
         colors=None if obj.colors is None else _encoded(obj.colors, "|u1"),
+        views=[_view(view) for view in obj.views] or None,
+    )
+
+
+def _view(view: View) -> dict[str, Any]:
+    return _present(
+        frame=int(view.frame),
+        points=int(view.points),
+        box=[float(side) for side in view.box],
+        T_world_camera=_floats(view.T_world_camera),
+        source=view.source,
+        image=None if view.image is None else base64.b64encode(view.image).decode("ascii"),
     )
 
 

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from cgdb.errors import FormatError, SceneError, did_you_mean, one_of
 from cgdb.ingest.source import Source
 from cgdb.scene import (
+    LARGEST_IMAGE,
+    MOST_VIEWS,
     FeatureSpace,
     ObjectId,
     Place,
@@ -26,18 +28,20 @@ from cgdb.scene import (
     Relation,
     SceneGraph,
     SceneObject,
+    View,
     canonical_id,
     check_scene,
 )
 
-VERSION = 1
+VERSION = 2
 
 _SCENE = ("cgdb_scene", "name", "frame", "up", "spaces", "provenance", "objects", "places", "relations")
 _SPACE = ("name", "dimension", "encoder")
 _OBJECT = (
     *("id", "tag", "tags", "caption", "center", "extent", "rotation", "n_observations", "confidence", "properties"),
-    *("features", "points", "colors"),
+    *("features", "points", "colors", "views"),
 )
+_VIEW = ("frame", "points", "box", "T_world_camera", "source", "image")
 _PLACE = ("id", "kind", "name", "center", "extent", "properties")
 _RELATION = ("source", "label", "target", "confidence", "origin", "explanation")
 
@@ -132,7 +136,45 @@ def _object(record: dict[str, Any], index: int, dimensions: Mapping[str, int]) -
         n_observations=_count(record, "n_observations", where),
         confidence=_number(record, "confidence", where),
         properties=_properties(record, where),
+        views=_views(record, where),
     )
+
+
+def _views(record: dict[str, Any], where: str) -> tuple[View, ...]:
+    value = record.get("views")
+    if value is None:
+        return ()
+    if not isinstance(value, list) or len(value) > MOST_VIEWS or not all(isinstance(item, dict) for item in value):
+        raise FormatError(f"{where}: 'views' must be a list of at most {MOST_VIEWS} views, not {_shown(value)}")
+    return tuple(_view(item, f"{where}: view {rank}") for rank, item in enumerate(value, start=1))
+
+
+def _view(record: dict[str, Any], where: str) -> View:
+    _known_fields(record, _VIEW, where)
+    for key in ("frame", "points", "box"):
+        if record.get(key) is None:
+            raise FormatError(f"{where}: has no '{key}'")
+    left, top, right, bottom = _array(record, "box", where, "<f8", (4,)).tolist()
+    return View(
+        frame=_whole(record["frame"], f"{where}: 'frame'"),
+        points=_whole(record["points"], f"{where}: 'points'"),
+        box=(left, top, right, bottom),
+        T_world_camera=_array(record, "T_world_camera", where, "<f8", (4, 4)),
+        image=_image(record, where),
+        source=_optional_text(record, "source", where),
+    )
+
+
+def _image(record: dict[str, Any], where: str) -> bytes | None:
+    text = _optional_text(record, "image", where)
+    if text is None:
+        return None
+    if len(text) > 4 * -(-LARGEST_IMAGE // 3):
+        raise FormatError(f"{where}: 'image' is larger than {LARGEST_IMAGE:,} bytes")
+    try:
+        return base64.b64decode(text, validate=True)
+    except (binascii.Error, ValueError) as error:
+        raise FormatError(f"{where}: 'image' is not base64 text") from error
 
 
 def _place(record: dict[str, Any], index: int) -> Place:
@@ -222,10 +264,12 @@ def _number(record: dict[str, Any], key: str, where: str) -> float | None:
 
 def _count(record: dict[str, Any], key: str, where: str) -> int | None:
     value = record.get(key)
-    if value is None:
-        return None
+    return None if value is None else _whole(value, f"{where}: '{key}'")
+
+
+def _whole(value: object, where: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-        raise FormatError(f"{where}: '{key}' must be a count, not {_shown(value)}")
+        raise FormatError(f"{where} must be a count, not {_shown(value)}")
     return value
 
 

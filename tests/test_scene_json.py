@@ -27,6 +27,7 @@ from cgdb.scene import (
     Relation,
     SceneGraph,
     SceneObject,
+    View,
     canonical_id,
     check_scene,
 )
@@ -84,6 +85,22 @@ def objects(draw: st.DrawFn, object_id: ObjectId, spaces: tuple[FeatureSpace, ..
         n_observations=draw(st.none() | st.integers(0, 2**40)),
         confidence=draw(st.none() | UNIT),
         properties=draw(PROPERTIES),
+        views=tuple(draw(st.lists(views(), max_size=2))),
+    )
+
+
+@st.composite
+def views(draw: st.DrawFn) -> View:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = draw(rotations()), draw(coordinates(-1e7))
+    left, right = sorted(draw(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))))
+    return View(
+        frame=draw(st.integers(0, 2**63 - 1)),
+        points=draw(st.integers(0, 2**40)),
+        box=(left, -0.0, right, draw(st.floats(0.0, 1e6))),
+        T_world_camera=draw(st.none() | st.just(pose)),
+        image=draw(st.none() | st.binary(max_size=50).map(lambda data: b"\xff\xd8\xff" + data)),
+        source=draw(st.none() | st.text(min_size=1, max_size=9)),
     )
 
 
@@ -216,6 +233,18 @@ def test_long_vectors_may_be_lists_and_short_ones_bytes() -> None:
     assert features["w"].dtype == np.float32
 
 
+def test_a_scene_with_views_is_version_2_and_one_without_stays_version_1() -> None:
+    view = View(frame=3, points=9, box=(1.0, 2.0, 30.5, 40.0), image=b"\xff\xd8\xff\x00", source="f.jpg")
+    without, scene = (SceneGraph(name="s", objects=(SceneObject(id=7, views=v),)) for v in ((), (view,)))
+    assert json.loads(dumps(without))["cgdb_scene"] == 1
+    document = json.loads(dumps(scene))
+    assert document["cgdb_scene"] == 2
+    assert document["objects"][0]["views"] == [
+        {"frame": 3, "points": 9, "box": [1.0, 2.0, 30.5, 40.0], "source": "f.jpg", "image": "/9j/AA=="}
+    ]
+    assert plain(scene_json.from_document(document | {"cgdb_scene": 1})) == plain(scene)  # each field says itself
+
+
 def test_a_name_given_wins_over_the_files_own(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     path.write_text(json.dumps(minimal()), encoding="utf-8")
@@ -237,8 +266,12 @@ def packed(dtype: str = "<f4", shape: Any = (1, 3), data: Any = None) -> Json:
     return {"dtype": dtype, "shape": shape, "data": base64.b64encode(bytes(12)).decode() if data is None else data}
 
 
+def a_view(**change: Any) -> Json:
+    return {"objects": [{"id": 7, "views": [{"frame": 1, "points": 2, "box": [1, 2, 3, 4], **change}]}]}
+
+
 MALFORMED: list[tuple[str, Json, str]] = [
-    ("newer version", {"cgdb_scene": 2}, "version 2"),
+    ("newer version", {"cgdb_scene": 3}, "version 3"),
     ("no version", {"cgdb_scene": "1"}, "format version"),
     ("true is no version", {"cgdb_scene": True}, "format version"),
     ("unknown field", {"objekts": []}, "unknown field 'objekts'"),
@@ -305,6 +338,31 @@ MALFORMED: list[tuple[str, Json, str]] = [
         {"spaces": [{"name": "v", "dimension": 3}], "objects": [{"id": 7, "features": {"v": None}}]},
         "object #7: feature 'v' is null",
     ),
+    ("views no list", {"objects": [{"id": 7, "views": {}}]}, "object #7: 'views' must be a list"),
+    ("views of numbers", {"objects": [{"id": 7, "views": [1]}]}, "object #7: 'views' must be a list"),
+    ("views without end", {"objects": [{"id": 7, "views": [{}] * 101}]}, "at most 100 views, not a list of 101"),
+    ("view field unknown", a_view(pose=[1]), "object #7: view 1: unknown field 'pose'"),
+    ("view without frame", a_view(frame=None), "object #7: view 1: has no 'frame'"),
+    ("view without box", a_view(box=None), "object #7: view 1: has no 'box'"),
+    ("view of half a frame", a_view(frame=0.5), "object #7: view 1: 'frame' must be a count"),
+    ("view with points below 0", a_view(points=-1), "object #7: view 1: 'points' must be a count"),
+    ("view box of three", a_view(box=[1, 2, 3]), "object #7: view 1: 'box' must hold a list of 4"),
+    ("view box turned", a_view(box=[5, 2, 3, 4]), "object #7: view 1: box"),
+    ("view box infinite", a_view(box=[1, 2, 1e999, 4]), "object #7: view 1: 'box'"),
+    ("view pose of nine", a_view(T_world_camera=[[1, 0, 0]] * 3), "object #7: view 1: 'T_world_camera'"),
+    (
+        "view pose NaN",
+        a_view(T_world_camera=packed("<f8", [4, 4], base64.b64encode(b"\xff" * 128).decode())),
+        "object #7: view 1: T_world_camera is not a finite",
+    ),
+    ("view pose scaled", a_view(T_world_camera=(2 * np.eye(4)).tolist()), "object #7: view 1: the last row"),
+    ("image no base64", a_view(image="/9j/!"), "object #7: view 1: 'image' is not base64"),
+    ("image half a group", a_view(image="/9j/4"), "object #7: view 1: 'image' is not base64"),
+    ("image no text", a_view(image=[1]), "object #7: view 1: 'image' must be text"),
+    ("image of another kind", a_view(image="R0lGODlh"), "object #7: view 1: its image is neither JPEG nor PNG"),
+    ("image empty", a_view(image=""), "object #7: view 1: its image is neither"),
+    ("image too large", a_view(image="/9j/" + "A" * 2**20), "object #7: view 1: 'image' is larger than 524,288"),
+    ("view source a number", a_view(source=1), "object #7: view 1: 'source' must be text"),
     ("place without id", {"places": [{"kind": "Room"}]}, "place 0: has no 'id'"),
     ("place kind Object", {"places": [{"id": 1, "kind": "Object"}]}, "place #1: kind"),
     ("relation to nothing", {"relations": [{"source": 7, "target": 9, "label": "on"}]}, "no object or place #9"),
@@ -398,7 +456,9 @@ OBJECT_FIELDS = ["id", "tag", "tags", "caption", "center", "extent", "rotation",
             "spaces": st.just([{"name": "a", "dimension": 2}]) | JUNK,
             "objects": st.lists(
                 st.dictionaries(
-                    st.sampled_from([*OBJECT_FIELDS, "properties", "features", "points", "colors"]), JUNK, max_size=5
+                    st.sampled_from([*OBJECT_FIELDS, "properties", "features", "points", "colors", "views"]),
+                    JUNK,
+                    max_size=5,
                 ),
                 max_size=2,
             ),
