@@ -339,6 +339,40 @@ def _models(commands: Any) -> None:
     enrich.add_argument("--quiet", action="store_true", help="no progress, no summary")
     _conversation(enrich)
 
+    caption = _command(
+        commands,
+        "caption",
+        "enrich:caption",
+        "caption and name the objects of a map by their best views, with a vision model",
+        "cgdb caption home.cgdb --dry-run",
+    )
+    caption.add_argument("store", metavar="STORE")
+    caption.add_argument("--scene", action="append", help="this scene only (may be repeated)")
+    caption.add_argument("--views", type=int, default=10, metavar="N", help="views of each object (10)")
+    caption.add_argument(
+        "--together", action="store_true", help="all views of an object in one call, for models that take many pictures"
+    )
+    caption.add_argument("--again", action="store_true", help="also objects that have a caption")
+    _added(caption)
+
+    relate = _command(
+        commands,
+        "relate",
+        "enrich:relate",
+        "ask a language model how things that touch or overlap stand to each other",
+        "cgdb relate home.cgdb --dry-run",
+    )
+    relate.add_argument("store", metavar="STORE")
+    relate.add_argument("--scene", action="append", help="this scene only (may be repeated)")
+    relate.add_argument(
+        "--every-pair", action="store_true", help="all pairs that touch, not only a spanning forest of the strongest"
+    )
+    relate.add_argument(
+        "--reach", type=float, default=0.025, metavar="M", help="metres by which each box is made larger (0.025)"
+    )
+    relate.add_argument("--batch", type=int, default=6, metavar="N", help="pairs per call (6)")
+    _added(relate)
+
     evaluate = commands.add_parser("eval", help="measure how well questions are answered")
     evaluations = evaluate.add_subparsers(title="evaluations", metavar="WHAT", required=True)
     from cgdb.judged import LAYOUT
@@ -364,6 +398,16 @@ def _models(commands: Any) -> None:
     retrieval.add_argument("--quiet", action="store_true", help="no progress")
     _conversation(retrieval)
     _encoders(retrieval)
+
+
+def _added(parser: argparse.ArgumentParser) -> None:
+    """Options of what asks a model for every object of a map."""
+    parser.add_argument("--workers", type=int, default=4, metavar="N", help="calls at a time (4)")
+    parser.add_argument("--per-minute", type=float, metavar="N", help="calls that are begun within a minute at most")
+    parser.add_argument("--dry-run", action="store_true", help="say what it would take, and ask nothing")
+    parser.add_argument("--json", action="store_true", help="what was done, as JSON on stdout")
+    parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    _conversation(parser)
 
 
 def _conversation(parser: argparse.ArgumentParser) -> None:

@@ -1,33 +1,92 @@
-"""``cgdb enrich``: knowledge of a language model as properties of objects."""
+"""``cgdb enrich``, ``caption`` and ``relate``: what models add to a map, once. An estimate first, then progress."""
 
 from __future__ import annotations
 
 import json
 import sys
 from argparse import Namespace
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Protocol
 
 import cgdb
 from cgdb.cli import ask, render
 from cgdb.errors import CgdbError
 
 if TYPE_CHECKING:
-    from cgdb.model.enrich import Enrichment, Estimate
-    from cgdb.model.llm import Model
+    from cgdb.enrich.calls import Pace
+    from cgdb.model.llm import Model, Usage
+
+
+class _Work(Protocol):
+    """What the three kinds of work have in common."""
+
+    usage: Usage
+    revisions: dict[str, int]
+    unanswered: int
+
+    def estimate(self) -> Any: ...
+    def run(self) -> Iterator[tuple[int, int]]: ...
 
 
 def enrich(options: Namespace) -> int:
-    """Say what it will take; unless it is a dry run, ask and write."""
+    """Everyday knowledge as properties."""
     with cgdb.open(options.store) as db:
         work = db.enrich(model=_model(options), scenes=options.scene or (), robot=options.robot, batch=options.batch)
         estimate = work.estimate()
-        if not options.quiet or options.dry_run:
-            _say(_told(estimate))
-        if not options.dry_run:
-            _run(work, options)
-        if options.json:
-            render.write(json.dumps(_record(work, estimate), indent=2))
-    return 0
+        told = f"{estimate.objects:,} objects; {estimate.descriptions:,} descriptions to ask, {estimate.known:,} known"
+        return _done(work, estimate, told, "descriptions", options, lambda: {"objects with properties": work.changed})
+
+
+def caption(options: Namespace) -> int:
+    """Captions and names from best views."""
+    with cgdb.open(options.store) as db:
+        work = db.caption(
+            model=_model(options),
+            scenes=options.scene or (),
+            views=options.views,
+            together=options.together,
+            again=options.again,
+            pace=_pace(options),
+        )
+        estimate = work.estimate()
+        told = f"{estimate.objects:,} objects; {estimate.pending:,} to caption, {estimate.known:,} known"
+        if estimate.bare:
+            told += f", {estimate.bare:,} without pictures"
+        return _done(
+            work,
+            estimate,
+            told,
+            "objects",
+            options,
+            lambda: {"objects with a new caption": work.changed, "of them invalid": work.invalid},
+        )
+
+
+def relate(options: Namespace) -> int:
+    """Relations of things that touch or overlap."""
+    with cgdb.open(options.store) as db:
+        work = db.relate(
+            model=_model(options),
+            scenes=options.scene or (),
+            every_pair=options.every_pair,
+            reach=options.reach,
+            batch=options.batch,
+            pace=_pace(options),
+        )
+        estimate = work.estimate()
+        told = (
+            f"{estimate.objects:,} objects; {estimate.candidates:,} pairs touch or overlap, {estimate.pairs:,} of them "
+            f"to know, {estimate.pending:,} to ask"
+        )
+        return _done(
+            work,
+            estimate,
+            told,
+            "pairs",
+            options,
+            lambda: {"relations by the model": work.related, "contradicting geometry": work.contradictions},
+        )
 
 
 def _model(options: Namespace) -> Model | None:
@@ -39,7 +98,39 @@ def _model(options: Namespace) -> Model | None:
     return found
 
 
-def _run(work: Enrichment, options: Namespace) -> None:
+def _pace(options: Namespace) -> Pace:
+    from cgdb.enrich.calls import Pace
+
+    return Pace(workers=options.workers, per_minute=options.per_minute)
+
+
+def _done(work: _Work, estimate: Any, told: str, what: str, options: Namespace, outcome: Any) -> int:
+    """Say what it will take; unless it is a dry run, ask, write, and say what was done."""
+    if not options.quiet or options.dry_run:
+        told += f"; {estimate.calls:,} calls, about {estimate.prompt_tokens:,} + {estimate.completion_tokens:,} tokens"
+        _say(told + ("" if estimate.cost is None else f", about {estimate.cost:.2f} at the configured prices"))
+    counts: Mapping[str, int] = outcome()
+    if not options.dry_run:
+        _run(work, what, options)
+        counts = outcome()
+        if not options.quiet:
+            _say(_summary(work, counts, what))
+    if options.json:
+        record = {
+            **{f"estimated_{key}" if key in _GUESSED else key: value for key, value in asdict(estimate).items()},
+            **{name.replace(" ", "_"): count for name, count in counts.items()},
+            "unanswered": work.unanswered,
+            "revisions": work.revisions,
+            "usage": work.usage.to_dict(),
+        }
+        render.write(json.dumps(record, indent=2))
+    return 0
+
+
+_GUESSED = frozenset({"calls", "prompt_tokens", "completion_tokens", "cost"})
+
+
+def _run(work: _Work, what: str, options: Namespace) -> None:
     from cgdb.cli.importing import _progress
 
     done = 0
@@ -50,42 +141,19 @@ def _run(work: Enrichment, options: Namespace) -> None:
                 progress.update(task, completed=done, total=total)
     except (CgdbError, KeyboardInterrupt):
         if done:
-            _say(f"note: {done:,} descriptions are kept; the same command goes on from there")
+            _say(f"note: what was said of {done:,} {what} is kept; the same command goes on from there")
         raise
-    if not options.quiet:
-        usage = work.usage
-        revisions = ", ".join(f"{render.clean(name)} revision {number}" for name, number in work.revisions.items())
-        _say(
-            f"{work.changed:,} objects have new properties ({revisions or 'nothing new'}); {usage.calls:,} calls, "
-            f"{usage.prompt_tokens:,} + {usage.completion_tokens:,} tokens, {usage.seconds:.1f} s"
-            + (f"; {work.unanswered:,} descriptions were not answered" if work.unanswered else "")
-        )
 
 
-def _told(estimate: Estimate) -> str:
-    text = (
-        f"{estimate.objects:,} objects; {estimate.descriptions:,} descriptions to ask, {estimate.known:,} known; "
-        f"{estimate.calls:,} calls, about {estimate.prompt_tokens:,} + {estimate.completion_tokens:,} tokens"
+def _summary(work: _Work, counts: Mapping[str, int], what: str) -> str:
+    usage = work.usage
+    revisions = ", ".join(f"{render.clean(name)} revision {number}" for name, number in work.revisions.items())
+    said = ", ".join(f"{count:,} {name}" for name, count in counts.items())
+    return (
+        f"{said} ({revisions or 'nothing new'}); {usage.calls:,} calls, "
+        f"{usage.prompt_tokens:,} + {usage.completion_tokens:,} tokens, {usage.seconds:.1f} s"
+        + (f"; {work.unanswered:,} {what} were not answered" if work.unanswered else "")
     )
-    if estimate.cost is not None:
-        text += f", about {estimate.cost:.2f} at the configured prices"
-    return text
-
-
-def _record(work: Enrichment, estimate: Estimate) -> dict[str, object]:
-    return {
-        "objects": estimate.objects,
-        "descriptions": estimate.descriptions,
-        "known": estimate.known,
-        "estimated_calls": estimate.calls,
-        "estimated_prompt_tokens": estimate.prompt_tokens,
-        "estimated_completion_tokens": estimate.completion_tokens,
-        "estimated_cost": estimate.cost,
-        "changed": work.changed,
-        "unanswered": work.unanswered,
-        "revisions": work.revisions,
-        "usage": work.usage.to_dict(),
-    }
 
 
 def _say(text: str) -> None:

@@ -245,6 +245,6 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pyt
         assert main(["enrich", str(path), "--json"]) == 0
         out, err = capfd.readouterr()
         assert json.loads(out)["revisions"] == {"room": 2}
-        assert "4 objects have new properties" in err
+        assert "4 objects with properties" in err
         assert main(["enrich", str(path), "--quiet"]) == 0
         assert capfd.readouterr().err == ""

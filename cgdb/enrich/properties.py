@@ -7,13 +7,12 @@ once all is known. What a map says itself is never overwritten.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from hashlib import sha256
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cgdb.enrich.calls import cost
+from cgdb.enrich.kept import Kept, key_of
 from cgdb.errors import StoreError, UsageError
 from cgdb.model.llm import Meter, Model, Usage, estimated_tokens
 from cgdb.model.llm_json import ask_json
@@ -74,7 +73,7 @@ class Enrichment:
         self._objects: dict[str, list[SceneObject]] = {
             name: list(db.scene(name, features=False, clouds=False).objects) for name in names
         }
-        self._kept = _Kept(db.path / FILE)
+        self._kept = Kept(db.path / FILE, _read)
         self.usage = Usage()
         self.revisions: dict[str, int] = {}
         self.changed = 0
@@ -86,10 +85,6 @@ class Enrichment:
         batches = [missing[start : start + self._batch] for start in range(0, len(missing), self._batch)]
         prompt = sum(estimated_tokens(enriching(batch, self._robot)) for batch in batches)
         completion = len(missing) * REPLY_TOKENS
-        settings = None if self._model is None else self._model.settings
-        cost = None
-        if settings is not None and settings.prompt_price is not None and settings.completion_price is not None:
-            cost = (prompt * settings.prompt_price + completion * settings.completion_price) / 1e6
         return Estimate(
             objects=sum(map(len, self._objects.values())),
             descriptions=len(missing),
@@ -97,7 +92,7 @@ class Enrichment:
             calls=len(batches),
             prompt_tokens=prompt,
             completion_tokens=completion,
-            cost=cost,
+            cost=cost(self._model, prompt, completion),
         )
 
     def run(self) -> Iterator[tuple[int, int]]:
@@ -130,7 +125,7 @@ class Enrichment:
 
     def _key(self, text: str) -> str:
         name = (self._model.settings.model or "") if self._model is not None else ""
-        return sha256(json.dumps([VERSION, name, self._robot, text]).encode()).hexdigest()[:32]
+        return key_of(VERSION, name, self._robot, text)
 
     def _ask(self, model: Model, texts: Sequence[str]) -> None:
         answered = self._answers(model, texts)
@@ -139,7 +134,8 @@ class Enrichment:
                 # What a batch left out is asked for alone, once.
                 answered.update(self._answers(model, [text]))
             if text in answered:
-                self._kept.put(self._key(text), text, model.name, answered[text])
+                known = answered[text]
+                self._kept.put(self._key(text), known, dict(known), {"description": text, "model": model.name})
             else:
                 self.unanswered += 1
 
@@ -228,42 +224,5 @@ def checked(item: Mapping[str, Any]) -> dict[str, PropertyValue]:
     return known
 
 
-class _Kept:
-    """The replies of before, as JSON lines. A damaged line is as good as none: it is asked for again."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._known: dict[str, Known] = {}
-        try:
-            lines = path.read_text("utf-8", errors="replace").splitlines()
-        except FileNotFoundError:
-            lines = []
-        except OSError as error:
-            raise StoreError(f"{path} cannot be read: {error.strerror or error}") from None
-        for line in lines:
-            try:
-                record = json.loads(line)
-                known = checked(record["known"])
-            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-                continue
-            if isinstance(record.get("key"), str) and known:
-                self._known[record["key"]] = known
-
-    def get(self, key: str) -> Known | None:
-        return self._known.get(key)
-
-    def put(self, key: str, text: str, model: str, known: Known) -> None:
-        self._known[key] = known
-        line = json.dumps({"key": key, "description": text, "model": model, "known": known}, ensure_ascii=False)
-        try:
-            torn = self._path.exists() and self._path.stat().st_size > 0 and not _ends_a_line(self._path)
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(("\n" if torn else "") + line + "\n")
-        except OSError as error:
-            raise StoreError(f"{self._path} cannot be written: {error.strerror or error}") from None
-
-
-def _ends_a_line(path: Path) -> bool:
-    with path.open("rb") as file:
-        file.seek(-1, 2)
-        return file.read(1) == b"\n"
+def _read(value: Any) -> Known | None:
+    return checked(value) or None

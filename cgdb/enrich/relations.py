@@ -1,0 +1,334 @@
+"""Relations of near things by a language model (ConceptGraphs, Section II-D): "a on b", "a in b", or its own phrase.
+
+They stand beside the relations from geometry, with their origin. Where the two contradict each other both stay, and
+both say so in their explanation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cgdb.enrich.calls import Pace, cost, each
+from cgdb.enrich.kept import Kept, key_of
+from cgdb.enrich.overlaps import REACH, overlapping, spanning_forest
+from cgdb.enrich.prompts import (
+    IN_A,
+    IN_B,
+    INVALID,
+    NONE,
+    ON_A,
+    ON_B,
+    OTHER,
+    RELATIONS,
+    SURENESS,
+    relating,
+    relating_schema,
+)
+from cgdb.errors import StoreError, UsageError
+from cgdb.model.llm import Meter, Model, ModelError, Usage, estimated_tokens
+from cgdb.model.llm_json import ask_json
+from cgdb.model.prompts import clean
+from cgdb.scene import ObjectId, Relation, SceneGraph, SceneObject
+
+if TYPE_CHECKING:
+    from cgdb.database import Database
+
+FILE = "relations.jsonl"
+VERSION = 1
+BATCH = 6
+REPLY_TOKENS = 60
+"""Of one pair."""
+LONGEST_LABEL = 40
+LONGEST_REASON = 200
+ORIGIN = "llm"
+MARK = "contradicts"
+
+_HELD: Mapping[str, tuple[str, bool]] = {
+    ON_B: ("on", False),
+    ON_A: ("on", True),
+    IN_B: ("in", False),
+    IN_A: ("in", True),
+}
+"""What is said of a pair -> the label, and whether b is its source."""
+_HIGHER = {"on": 1, "in": 1, "above": 1, "under": -1}
+"""1 where the source is held by, or higher than, the target; -1 where it is the other way round."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """What it will take. candidates: pairs that touch or overlap; pairs: of these, the spanning forest."""
+
+    objects: int
+    candidates: int
+    pairs: int
+    pending: int
+    calls: int
+    prompt_tokens: int
+    completion_tokens: int
+    cost: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Said:
+    """What a model said of a pair (a, b). label None: nothing. turned: b is the source."""
+
+    label: str | None
+    turned: bool
+    reason: str
+    confidence: float
+
+    def as_json(self) -> dict[str, Any]:
+        """As it is kept."""
+        return {"label": self.label, "turned": self.turned, "reason": self.reason, "confidence": self.confidence}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Task:
+    scene: str
+    up: str
+    a: ObjectId
+    b: ObjectId
+    shown: Mapping[str, Any]
+    key: str
+
+
+class Relating:
+    """The work on some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+
+    def __init__(
+        self,
+        db: Database,
+        model: Model | None,
+        *,
+        scenes: Sequence[str] = (),
+        every_pair: bool = False,
+        reach: float = REACH,
+        batch: int = BATCH,
+        pace: Pace | None = None,
+    ) -> None:
+        """model None: only to estimate. every_pair: not only the spanning forest. reach: metres, see ``overlaps``."""
+        if batch < 1:
+            raise UsageError(f"a call asks of at least one pair, not {batch}")
+        if not 0 <= reach <= 10:
+            raise UsageError(f"boxes that are 0 to 10 m apart can be asked about, not {reach:g}")
+        self._db, self._model, self._batch, self._pace = db, model, batch, pace or Pace()
+        self._kept = Kept(db.path / FILE, _read)
+        self._objects = self._candidates = 0
+        self._tasks: list[_Task] = []
+        for name in scenes or [info.name for info in db.scenes()]:
+            self._tasks += self._tasks_of(db.scene(name, features=False, clouds=False), every_pair, reach)
+        self.usage = Usage()
+        self.revisions: dict[str, int] = {}
+        self.related = self.contradictions = self.unanswered = 0
+
+    def estimate(self) -> Estimate:
+        """Calls, tokens and, where prices are configured, what they cost."""
+        batches = self._batches()
+        pending = sum(map(len, batches))
+        prompt = sum(estimated_tokens(relating([task.shown for task in batch], batch[0].up)) for batch in batches)
+        completion = pending * REPLY_TOKENS
+        return Estimate(
+            objects=self._objects,
+            candidates=self._candidates,
+            pairs=len(self._tasks),
+            pending=pending,
+            calls=len(batches),
+            prompt_tokens=prompt,
+            completion_tokens=completion,
+            cost=cost(self._model, prompt, completion),
+        )
+
+    def run(self) -> Iterator[tuple[int, int]]:
+        """Ask, yielding (pairs done, of all) after each call; then write. ModelError where the model fails.
+
+        What was answered until then is kept: the next run goes on from there.
+        """
+        if self._model is None:
+            raise UsageError(
+                "relations are asked of a language model, and none is configured",
+                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
+            )
+        if self._db.read_only:
+            raise StoreError(f"{self._db.path} cannot be written, so nothing would be kept")
+        model, batches = self._model, self._batches()
+        done, total = 0, sum(map(len, batches))
+        for answered in each(model, batches, lambda batch, meter: _asked(model, batch, meter), self._pace):
+            self.usage = self.usage + answered.usage
+            said = answered.answer or {}
+            for i, task in enumerate(answered.item):
+                if i in said:
+                    about = {"pair": [task.a, task.b], "model": model.name}
+                    self._kept.put(task.key, said[i], said[i].as_json(), about)
+                else:
+                    self.unanswered += 1
+            done += len(answered.item)
+            yield done, total
+        for name in dict.fromkeys(task.scene for task in self._tasks):
+            self._write(name, model)
+
+    def _tasks_of(self, scene: SceneGraph, every_pair: bool, reach: float) -> list[_Task]:
+        """The pairs of a scene that are asked about: not of walls and floors, nor of what is no object."""
+        objects = [
+            obj
+            for obj in scene.objects
+            if obj.properties.get("background") is not True and obj.properties.get(INVALID) is not True
+        ]
+        self._objects += len(objects)
+        pairs = overlapping(objects, reach=reach)
+        self._candidates += len(pairs)
+        tasks = []
+        for pair in pairs if every_pair else spanning_forest(pairs):
+            a, b = objects[pair.a], objects[pair.b]
+            shown = {"a": _shown(a), "b": _shown(b)}
+            name = (self._model.settings.model or "") if self._model is not None else ""
+            key = key_of(VERSION, name, scene.up, shown)
+            tasks.append(_Task(scene=scene.name, up=scene.up, a=a.id, b=b.id, shown=shown, key=key))
+        return tasks
+
+    def _batches(self) -> list[list[_Task]]:
+        """What was not asked yet, some pairs of one scene at a time."""
+        batches: list[list[_Task]] = []
+        for task in self._tasks:
+            if self._kept.get(task.key) is None:
+                if not batches or len(batches[-1]) == self._batch or batches[-1][0].scene != task.scene:
+                    batches.append([])
+                batches[-1].append(task)
+        return batches
+
+    def _write(self, scene: str, model: Model) -> None:
+        there = self._db.scene(scene, features=False, clouds=False).relations
+        geometry: dict[frozenset[ObjectId], list[Relation]] = {}
+        for relation in there:
+            if relation.origin == "geometry":
+                geometry.setdefault(frozenset((relation.source, relation.target)), []).append(relation)
+        new: dict[tuple[ObjectId, ObjectId, str, str], Relation] = {}
+        for task in self._tasks:
+            said = self._kept.get(task.key) if task.scene == scene else None
+            if said is None or said.label is None:
+                continue
+            source, target = (task.b, task.a) if said.turned else (task.a, task.b)
+            relation = Relation(
+                source=source,
+                target=target,
+                label=said.label,
+                confidence=said.confidence,
+                explanation=said.reason or None,
+                origin=ORIGIN,
+            )
+            against = [other for other in geometry.get(frozenset((source, target)), ()) if contradict(relation, other)]
+            if against:
+                self.contradictions += 1
+                relation = _marked(relation, max(against, key=lambda other: other.confidence))
+                for other in against:
+                    new[_key(other)] = _marked(other, relation)
+            new[_key(relation)] = relation
+        before = {_key(relation): relation for relation in there}
+        changed = [relation for key, relation in new.items() if before.get(key) != relation]
+        self.related += sum(relation.origin == ORIGIN for relation in new.values())
+        if not changed:
+            return
+        message = f"relations from {clean(model.name, 100)}"
+        with self._db.write(scene, kind="relate", on_existing="merge", message=message) as writer:
+            writer.relations(changed)
+        if writer.revision is not None:
+            self.revisions[scene] = writer.revision
+
+
+def contradict(one: Relation, other: Relation) -> bool:
+    """Whether two relations of the same pair say opposite things of which of the two is higher, or holds the other."""
+    if one.label not in _HIGHER or other.label not in _HIGHER:
+        return False
+    same_way = 1 if one.source == other.source else -1
+    return _HIGHER[one.label] != same_way * _HIGHER[other.label]
+
+
+def checked(item: Mapping[str, Any]) -> Said | None:
+    """What a model said of a pair; None where it is none of what it was asked for."""
+    relation, other = item.get("relation"), item.get("other")
+    if relation not in RELATIONS:
+        return None
+    reason = item.get("reason")
+    said = Said(
+        label=None,
+        turned=False,
+        reason=clean(reason, LONGEST_REASON) if isinstance(reason, str) else "",
+        confidence=SURENESS.get(str(item.get("sure")), SURENESS["unsure"]),
+    )
+    if relation == NONE:
+        return said
+    if relation == OTHER:
+        label = clean(other, LONGEST_LABEL).casefold().strip(" .,;:\"'") if isinstance(other, str) else ""
+        return replace(said, label=label) if label else None
+    label, turned = _HELD[relation]
+    return replace(said, label=label, turned=turned)
+
+
+def _asked(model: Model, batch: Sequence[_Task], meter: Meter) -> dict[int, Said]:
+    """What the model says of each pair of a batch, by position. What a batch leaves out is asked for alone, once."""
+    said = _answers(model, batch, meter)
+    if len(batch) > 1:
+        for i in range(len(batch)):
+            alone = {} if i in said else _answers(model, batch[i : i + 1], meter)
+            if alone:
+                said[i] = alone[0]
+    if not said:
+        raise ModelError("the model says nothing of the pairs that it was asked about")
+    return said
+
+
+def _answers(model: Model, batch: Sequence[_Task], meter: Meter) -> dict[int, Said]:
+    answer = ask_json(
+        model,
+        relating([task.shown for task in batch], batch[0].up),
+        meter,
+        name="pairs",
+        schema=relating_schema(),
+        max_tokens=100 + 3 * REPLY_TOKENS * len(batch),
+    )
+    listed = answer.get("pairs", [answer] if len(batch) == 1 else [])
+    said: dict[int, Said] = {}
+    for item in listed if isinstance(listed, list) else ():
+        number = item.get("number", 1 if len(batch) == 1 else None) if isinstance(item, dict) else None
+        if isinstance(number, int) and not isinstance(number, bool) and 1 <= number <= len(batch):
+            found = checked(item)
+            if found is not None:
+                said[number - 1] = found
+    return said
+
+
+def _read(value: Any) -> Said | None:
+    label, turned = value["label"], value["turned"]
+    confidence = float(value["confidence"])
+    named = label is None or (isinstance(label, str) and 0 < len(label) <= LONGEST_LABEL)
+    if not named or not isinstance(turned, bool) or not 0.0 <= confidence <= 1.0:
+        return None
+    return Said(label=label, turned=turned, reason=clean(str(value["reason"]), LONGEST_REASON), confidence=confidence)
+
+
+def _shown(obj: SceneObject) -> dict[str, Any]:
+    """An object as the model gets it: what it is called, what it looks like, where it is and how large."""
+    shown: dict[str, Any] = {"name": clean(obj.tag, 60) if obj.tag else None, "caption": None}
+    shown["caption"] = clean(obj.caption, 160) if obj.caption else None
+    assert obj.center is not None and obj.extent is not None  # it is in a pair of boxes
+    sides = obj.extent if obj.rotation is None else np.abs(obj.rotation) @ obj.extent
+    shown["center"], shown["size"] = _metres(obj.center), _metres(sides)
+    return shown
+
+
+def _metres(values: Any) -> list[float]:
+    return [round(float(value), 2) for value in values]
+
+
+def _marked(relation: Relation, against: Relation) -> Relation:
+    """The relation with the one that it contradicts in its explanation; said once, however often it is run."""
+    own = (relation.explanation or "").partition(f"{MARK} ")[0].rstrip(" ;")
+    what = f"{MARK} #{against.source} {against.label} #{against.target} ({against.origin}, {against.confidence:.2f})"
+    return replace(relation, explanation=f"{own}; {what}" if own else what)
+
+
+def _key(relation: Relation) -> tuple[ObjectId, ObjectId, str, str]:
+    return relation.source, relation.target, relation.label, relation.origin
