@@ -2,7 +2,8 @@
 
 Exit codes: 0 done; 1 something was found wrong (check); 2 the command line; 3 the query's text or names; 4 the query
 could not be carried out, or outgrew a limit; 5 a map or scene is wrong, or cannot be exported; 6 the store; 7 another
-process is writing; 8 damaged data; 9 a missing package or model; 70 a bug in cgdb; 130 interrupted.
+process is writing; 8 damaged data; 9 a missing package or model; 70 a bug in cgdb; 130 interrupted; 141 nobody reads
+what is printed.
 """
 
 from __future__ import annotations
@@ -292,12 +293,20 @@ def _shell(commands: Any) -> None:
         commands,
         "plot",
         "plot:plot",
-        "draw the plan of a scene, with what a statement finds in it",
-        """cgdb plot home.cgdb -o plan.png 'MATCH (o ~ "lamp") RETURN o'""",
+        "draw a scene from above or in perspective, with what a statement finds in it",
+        """cgdb plot home.cgdb --into lamps.png --view both 'MATCH (o ~ "lamp") RETURN o'""",
     )
     plot.add_argument("store", metavar="STORE")
     plot.add_argument("text", metavar="CGQL", nargs="?", help="what to highlight; - reads it from stdin")
-    plot.add_argument("-o", "--output", required=True, metavar="FILE", help="the picture: .png, .pdf or .svg")
+    plot.add_argument("--query", metavar="CGQL", help="the same, as an option")
+    plot.add_argument(
+        "-o", "--into", "--output", dest="output", required=True, metavar="FILE", help="the picture: .png, .pdf or .svg"
+    )
+    plot.add_argument("--view", choices=("plan", "oblique", "both"), default="plan", help="from above or aslant (plan)")
+    plot.add_argument("--color", choices=("rgb", "class", "score", "instance"), help="what colours say (what there is)")
+    plot.add_argument("--labels", metavar="N", help="things to name at most, or none (40)")
+    plot.add_argument("--relations", metavar="NAMES", help="relations to draw as arrows, such as on,in")
+    plot.add_argument("--size", metavar="WxH", help="pixels (what suits the place)")
     plot.add_argument("--scene", help="the scene; else the one with most of the result")
     _parameters(plot)
 

@@ -24,7 +24,9 @@ def ask(options: Namespace) -> int:
     if not question and options.image is None:
         raise UsageError("there is no question", hint='cgdb ask STORE "Something to sit on"')
     model = chosen(options)
-    with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
+    encoders = values.encoders(options.encoder)
+    with cgdb.open(options.store, space_encoders=encoders) as db:
+        values.check_spaces(db, encoders)
         answer = db.ask(
             question or "", model=model, image=options.image, rerank=not options.no_rerank, scenes=options.scene or ()
         )

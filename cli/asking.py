@@ -26,7 +26,9 @@ def query(options: Namespace) -> int:
     if options.timeout is not None and not options.timeout > 0:
         raise UsageError(f"--timeout takes seconds above 0, not {options.timeout:g}")
     limits = cgdb.Limits(seconds=options.timeout)
-    with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
+    encoders = values.encoders(options.encoder)
+    with cgdb.open(options.store, space_encoders=encoders) as db:
+        values.check_spaces(db, encoders)
         try:
             result = db.query(text, values.parameters(options.parameters), limits=limits)
         except ParseError as error:
@@ -43,7 +45,9 @@ def search(options: Namespace) -> int:
     what: Any = options.what
     if what.startswith("@"):
         what = cgdb.Vector(values=values.vector(Path(what[1:])), space=options.space)
-    with cgdb.open(options.store, space_encoders=values.encoders(options.encoder)) as db:
+    encoders = values.encoders(options.encoder)
+    with cgdb.open(options.store, space_encoders=encoders) as db:
+        values.check_spaces(db, encoders)
         hits = db.search(
             what,
             space=options.space,

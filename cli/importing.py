@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import render
-from cgdb.errors import CgdbError, EncoderError, MissingExtraError, UsageError
+from cgdb.errors import CgdbError, EncoderError, FormatError, MissingExtraError, SceneError, UsageError
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -29,18 +29,29 @@ def import_maps(options: Namespace) -> int:
         # Before the store is made: a slip of the pen should leave nothing behind.
         raise UsageError(f"{missing[0]} does not exist")
     fresh = not Path(options.into).exists()
+    failed: CgdbError | None = None
     try:
         with cgdb.open(options.into, create=True) as db, _progress(options.quiet) as progress:
             for path in options.maps:
-                _import_one(db, path, options, progress)
-                fresh = False
-            if not options.no_encode:
+                try:
+                    _import_one(db, path, options, progress)
+                except (FormatError, SceneError) as error:
+                    # One bad map of many does not keep the others out; what is wrong with the store does.
+                    if len(options.maps) == 1:
+                        raise
+                    progress.console.print(render.clean_lines(error.render()), markup=False, soft_wrap=True)
+                    failed = error
+                else:
+                    fresh = False
+            if not options.no_encode and not fresh:
                 _encode_if_possible(db, progress)
     except BaseException:
         if fresh:
             _remove_if_empty(Path(options.into))
         raise
-    return 0
+    if fresh:
+        _remove_if_empty(Path(options.into))
+    return 0 if failed is None else failed.exit_code
 
 
 def _remove_if_empty(store: Path) -> None:

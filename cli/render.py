@@ -20,9 +20,14 @@ def console(*, stderr: bool = False) -> Console:
     """A rich console on stdout or stderr; plain where that is no terminal."""
     from rich.console import Console
 
+    class Piped(Console):
+        def on_broken_pipe(self) -> None:
+            """`cgdb demo | head` ends as every other command does; rich's own way is exit code 1."""
+            raise BrokenPipeError
+
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() else 120
-    return Console(stderr=stderr, width=width, highlight=False, soft_wrap=False)
+    return Piped(stderr=stderr, width=width, highlight=False, soft_wrap=False)
 
 
 def write(text: str) -> None:
@@ -47,6 +52,11 @@ def clean(value: object) -> str:
     else:
         text = str(value)
     return "".join(c if c.isprintable() else " " for c in text)
+
+
+def clean_lines(text: str) -> str:
+    """Several lines of our own with names from a map in them, without control characters."""
+    return "".join(c if c in "\n\t" or c.isprintable() else "\ufffd" for c in text)
 
 
 def records(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], form: str) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cgdb.errors import UsageError
+from cgdb.errors import UsageError, did_you_mean, one_of
+
+if TYPE_CHECKING:
+    from cgdb.database import Database
 
 
 def parameters(given: Sequence[str]) -> dict[str, Any]:
@@ -32,6 +35,15 @@ def encoders(given: Sequence[str]) -> dict[str, Any]:
             raise UsageError(f"--encoder takes SPACE=ENCODER, not {word[:60]!r}")
         found[space] = space_encoder(name)
     return found
+
+
+def check_spaces(db: Database, given: Mapping[str, Any]) -> None:
+    """UsageError where an encoder is given for a feature space that no scene has: it would never be used."""
+    known = {space.name for info in db.scenes() for space in info.spaces}
+    for space in given:
+        if space not in known:
+            hint = did_you_mean(space, known) or (f"there are {one_of(sorted(known))}" if known else None)
+            raise UsageError(f"--encoder {space}=...: no scene has a feature space '{space}'", hint=hint)
 
 
 def parameter(text: str) -> Any:

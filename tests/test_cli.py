@@ -10,9 +10,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import cgdb
 from cgdb.cli.app import main
+from cgdb.scene import FeatureSpace, SceneGraph, SceneObject
 
 ROOT = Path(__file__).parents[1]
 FLAT = ROOT / "cli" / "flat.json"
@@ -207,3 +210,41 @@ def test_ctrl_c_while_importing_leaves_nothing(tmp_path: Path) -> None:
     assert process.returncode == 130, err
     assert "Traceback" not in err
     assert not store.exists()
+
+
+def test_one_bad_map_of_several_does_not_keep_the_others_out(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.json"
+    bad.write_text("{", "utf-8")
+    good = tmp_path / "good.json"
+    good.write_text('[{"id": 1, "caption": "a cup"}]', "utf-8")
+    store = tmp_path / "s.cgdb"
+    assert main(["import", str(bad), str(good), "--into", str(store), "--no-encode"]) == 5
+    told = capfd.readouterr().err
+    assert "import error" in told and "bad.json" in told and "scene 'good', 1 objects" in told
+    with cgdb.open(store, text_encoder=None) as db:
+        assert [scene.name for scene in db.scenes()] == ["good"]
+    assert main(["import", str(bad), str(bad), "--into", str(tmp_path / "none.cgdb")]) == 5
+    assert not (tmp_path / "none.cgdb").exists()
+
+
+def test_an_encoder_for_a_space_that_is_not_there_is_a_slip(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    store = tmp_path / "s.cgdb"
+    with cgdb.open(store, create=True, text_encoder=None) as db:
+        obj = SceneObject(id=1, tag="cup", features={"clip": np.ones(3, np.float32)})
+        db.add(SceneGraph(name="a", objects=(obj,), spaces=(FeatureSpace(name="clip", dimension=3),)))
+    vocabulary = tmp_path / "names.npz"
+    np.savez(vocabulary, names=np.array(["cup"]), vectors=np.ones((1, 3), np.float32))
+    for command in (["query", str(store), "MATCH (o) RETURN o"], ["search", str(store), "cup"]):
+        assert main([*command, "--encoder", f"clap=vocabulary:{vocabulary}"]) == 2
+        assert "did you mean 'clip'?" in capfd.readouterr().err
+
+
+def test_a_pipe_that_nobody_reads_ends_quietly(tmp_path: Path) -> None:
+    run = [sys.executable, "-c", "import sys; from cgdb.cli.app import main; sys.exit(main(['demo']))"]
+    process = subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    told = process.stderr.read().decode()
+    assert process.wait(60) == 141
+    assert "Traceback" not in told
+    process.stderr.close()
