@@ -346,7 +346,12 @@ def _prove_absent(
 
 def _select(part: str) -> Select[Any]:
     table, condition = _table(part)
-    return select(*(table.c[name] for name in COLUMNS[table.name])).where(condition)
+    columns = [table.c[name] for name in COLUMNS[table.name]]
+    if table is not schema.views:
+        return select(*columns).where(condition)
+    held = schema.images.c
+    its = (held.scene_id == table.c.scene_id) & (held.digest == table.c.image)
+    return select(*columns, held.data).select_from(table.outerjoin(schema.images, its)).where(condition)
 
 
 def _live(part: str, info: SceneInfo) -> Select[Any]:

@@ -34,7 +34,7 @@ RelationPayload: TypeAlias = tuple[int, int, str, str, float, str | None]
 """source, target, label, origin, confidence, explanation."""
 
 ViewPayload: TypeAlias = tuple[int, int, bytes, bytes | None, str | None, bytes | None]
-"""frame, points, box, pose, source, image."""
+"""frame, points, box, pose, source, the digest of the image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,6 +133,11 @@ def view_digest(scene_id: int, key: int, rank: int, payload: ViewPayload) -> int
     lengths = (len(box), _length(pose), _length(name), _length(image))
     head = _VIEW.pack(scene_id, key, rank, frame, points, *lengths)
     return _digest(b"".join((head, box, pose or b"", name or b"", image or b"")))
+
+
+def image_digest(data: bytes) -> bytes:
+    """16 bytes by which an image is found, and known to be what was written."""
+    return blake2b(data, digest_size=16).digest()
 
 
 def record_digest(values: Sequence[object]) -> int:
@@ -315,13 +320,13 @@ def view_payload(where: str, view: View) -> ViewPayload:
         _BOX.pack(*view.box),
         None if view.T_world_camera is None else np.asarray(view.T_world_camera, "<f8").tobytes(),
         _text(where, "a view's source", view.source),
-        None if view.image is None else bytes(view.image),
+        None if view.image is None else image_digest(view.image),
     )
 
 
-def view_record(payload: ViewPayload) -> View:
-    """The view of a verified row."""
-    frame, points, box, pose, source, image = payload
+def view_record(payload: ViewPayload, image: bytes | None) -> View:
+    """The view of a verified row and its image."""
+    frame, points, box, pose, source, _ = payload
     left, top, right, bottom = _BOX.unpack(box)
     return View(
         frame=frame,

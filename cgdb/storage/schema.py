@@ -144,10 +144,20 @@ views = Table(
     Column("box", LargeBinary, nullable=False, comment="float64: left, top, right, bottom in pixels"),
     Column("pose", LargeBinary, comment="float64 (4, 4): T_world_camera"),
     Column("source", Text, comment="the file of the frame"),
-    Column("image", LargeBinary, comment="JPEG, PNG or WebP"),
+    Column("image", LargeBinary, comment="the digest of an image"),
 )
 
-ADDED = {2: (views,)}
+# Not temporal, and apart from the views: a view that only becomes the second best does not move its picture, and one
+# that is looked at without it does not read it.
+images = Table(
+    "images",
+    metadata,
+    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    Column("digest", LargeBinary, primary_key=True, comment="16 bytes of BLAKE2b over the data"),
+    Column("data", LargeBinary, nullable=False, comment="JPEG, PNG or WebP"),
+)
+
+ADDED = {2: (views, images)}
 """{format: the tables that came with it}. A store of an older format is without them until it is written to."""
 
 

@@ -45,8 +45,8 @@ _UNDECODABLE = (struct.error, ValueError, TypeError, AttributeError, OverflowErr
 def verified(part: str, scene_id: int, scene: str, row: Sequence[Any]) -> tuple[int, Any]:
     """Digest and value of a row of a part ("nodes", "relations", "clouds", "views", "features:SPACE").
 
-    The value is a NodeRow, a RelationRow, a Cloud, a View, or the bytes of a vector. CorruptionError names scene and
-    object.
+    The value is a NodeRow, a RelationRow, a Cloud, a View, or the bytes of a vector. The row of a view may end with the
+    data of its image. CorruptionError names scene and object.
     """
     digest = None
     value: Any = None
@@ -70,10 +70,12 @@ def verified(part: str, scene_id: int, scene: str, row: Sequence[Any]) -> tuple[
             value = rows.cloud_arrays(n_points, colored, data) if sound else None
         elif part == "views":
             key, rank, start, end, mark, *rest = row
-            payload = tuple(rest)
+            payload, image = tuple(rest[:6]), rest[6:]
             digest = rows.view_digest(scene_id, key, rank, payload)
             sound = rows.seal(mark, start, end) == digest
-            value = rows.view_record(payload) if sound else None
+            if sound and image:
+                sound = payload[5] == (None if image[0] is None else rows.image_digest(image[0]))
+                value = rows.view_record(payload, image[0]) if sound else None
         else:
             key, start, end, mark, value = row
             digest = rows.feature_digest(scene_id, part.removeprefix("features:").encode(), key, value)

@@ -14,7 +14,7 @@ from itertools import islice
 from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
-from sqlalchemy import Connection, Engine, Table, Update, bindparam, insert, or_, select, tuple_, update
+from sqlalchemy import Connection, Engine, Table, Update, bindparam, delete, insert, or_, select, tuple_, update
 from sqlalchemy.exc import IntegrityError
 
 from cgdb.errors import CorruptionError, SceneError
@@ -116,7 +116,9 @@ class SceneWriter:
         self.added = self.changed = self.removed = 0
         self.relations_added = self.relations_removed = 0
 
-        self._insert = {table.name: sqlite.positional(insert(table), database) for table in _TABLES.values()}
+        self._insert = {
+            table.name: sqlite.positional(insert(table), database) for table in (*_TABLES.values(), schema.images)
+        }
 
     # --- what a block may call ---------------------------------------------------------------------------------------
 
@@ -217,6 +219,7 @@ class SceneWriter:
     def _write_views(self, keys: list[int], batch: list[tuple[NodePayload, SceneObject | None]]) -> set[int]:
         """Write the views of nodes; returns the keys whose views are not what they were."""
         wanted: dict[_Values, tuple[int, _Values]] = {}
+        images: dict[bytes, bytes] = {}
         unread: list[int] = []
         for key, (_, obj) in zip(keys, batch, strict=True):
             if obj is None:
@@ -226,6 +229,8 @@ class SceneWriter:
             for rank, view in enumerate(obj.views):
                 payload = rows.view_payload(f"object #{obj.id}", view)
                 wanted[key, rank] = (rows.view_digest(self._scene_id, key, rank, payload), payload)
+                if view.image is not None and payload[5] is not None:
+                    images[payload[5]] = view.image
         broken: set[int] = set()
         for (key, rank), (start, mark, sound) in sorted(self._live_rows("views", unread).items()):
             # Ranks have no gaps: what follows a damaged view, which only a replacement leaves behind, goes with it.
@@ -233,7 +238,23 @@ class SceneWriter:
                 wanted[key, rank] = (rows.seal(mark, start, None), ())
             else:
                 broken.add(key)
+        self._write_images(images)
         return self._follow("views", keys, wanted)
+
+    def _write_images(self, images: dict[bytes, bytes]) -> None:
+        """Have the images, by digest, in the store, each once; one that was damaged is whole again."""
+        table = schema.images
+        for some in _slices(list(images), _BATCH_ROWS):
+            mine = (table.c.scene_id == self._scene_id) & table.c.digest.in_(some)
+            found = self._connection.execute(select(table.c.digest, table.c.data).where(mine)).all()
+            there = {row.digest: row.data for row in found}
+            damaged = [digest for digest, data in there.items() if data != images[digest]]
+            if damaged:
+                self._connection.execute(
+                    delete(table).where(table.c.scene_id == self._scene_id, table.c.digest.in_(damaged))
+                )
+            new = [digest for digest in some if digest not in there or digest in damaged]
+            self._insert_rows(table, [(self._scene_id, digest, images[digest]) for digest in new])
 
     def _follow(self, part: str, keys: list[int], wanted: dict[_Values, tuple[int, _Values]]) -> set[int]:
         """Make the live rows of keys those that are wanted (name -> digest, payload); returns the keys that differ.
