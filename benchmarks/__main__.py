@@ -25,9 +25,10 @@ ALL: dict[str, list[str]] = {
     "translate": [],
     "relations": [f"{DATA}/maps/virtualhome"],
     "retrieval": [],
+    "reranking": [],
 }
 """{name: its options when all are run}; in the order in which they are."""
-NEEDS_DATA = ("relations", "retrieval", "translate")
+NEEDS_DATA = ("relations", "reranking", "retrieval", "translate")
 
 
 def main() -> int:

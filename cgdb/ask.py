@@ -7,7 +7,7 @@ and the answer says so. Whatever a model writes is parsed, bound and run as any 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,6 @@ from cgdb.errors import (
     UsageError,
     one_of,
 )
-from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import Catalog, merge
@@ -35,9 +34,10 @@ from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
 from cgdb.model.pictures import checked, data_url, tower
 from cgdb.model.prompts import Surroundings, clean, describing, with_picture
-from cgdb.model.rerank import candidate, judge, judged, keys_of
+from cgdb.model.rerank import ModelReranker, Reranker, named
 from cgdb.model.turned import turned
 from cgdb.result import Reason, Result, Row, StoredNode
+from cgdb.shortlist import by_score, identity, is_total, of_objects, shortlist, uncut
 
 if TYPE_CHECKING:
     from cgdb.database import Database
@@ -47,8 +47,8 @@ LONGEST_QUESTION = 2000
 """Characters that are read: some 350 words."""
 MOST_ROWS = 50
 """Rows of an answer where the question asks for no number."""
-CANDIDATES = 15
-"""Rows that a model reads, some 70 tokens each."""
+MOST_RELEVANT = 15
+"""Ids of an answer that have to do with the question, where no model says which."""
 NEAREST = 5
 """Things that are shown where nothing fits."""
 SECONDS = 30.0
@@ -70,15 +70,16 @@ def ask(
     image: str | Path | None = None,
     scenes: Sequence[str] = (),
     as_of: int | str | None = None,
-    rerank: bool = True,
+    rerank: bool | str | Reranker = True,
     limits: Limits | None = None,
     encoder_of: EncoderOf = lambda space: None,
 ) -> Answer:
     """The answer to a question. model None: the built-in translator. previous: the answer that it follows up.
 
+    rerank: who reads the best rows once more: True for the model, where there is one; a re-ranker or its name; False.
     UsageError for a question that says nothing; a model that fails is no error but a warning.
     """
-    return _Asking(db, question, model, previous, image, scenes, as_of, limits, encoder_of).answer(rerank)
+    return _Asking(db, question, model, previous, image, scenes, as_of, rerank, limits, encoder_of).answer()
 
 
 def _named(scenes: Sequence[str], question: str) -> tuple[tuple[str, ...], str]:
@@ -98,7 +99,10 @@ def _named(scenes: Sequence[str], question: str) -> tuple[tuple[str, ...], str]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Draft:
-    """A statement that was run. nearest: it gave no rows, and those that are there are the nearest things."""
+    """A statement that was run. nearest: it gave no rows, and those that are there are the nearest things.
+
+    limit: the statement's own, where more rows were asked for so that a re-ranker can choose among them.
+    """
 
     tree: ast.Query
     result: Result
@@ -106,6 +110,7 @@ class _Draft:
     understood: tuple[str, ...] = ()
     wanted: str = ""
     nearest: bool = False
+    limit: int | None = None
 
 
 class _Asking:
@@ -118,10 +123,12 @@ class _Asking:
         image: str | Path | None,
         scenes: Sequence[str],
         as_of: int | str | None,
+        rerank: bool | str | Reranker,
         limits: Limits | None,
         encoder_of: EncoderOf,
     ) -> None:
         self.warnings: list[str] = []
+        self.reranker = _reranker(rerank, model)
         self.given = self.question = self._checked(question, has_picture=image is not None)
         self.db, self.model, self.previous = db, model, previous
         self.as_of, self.limits = as_of, limits or Limits(seconds=SECONDS)
@@ -143,15 +150,14 @@ class _Asking:
             self.parameters["previous"] = list(previous.ids)
         self.encoder_of = encoder_of
 
-    def answer(self, rerank: bool) -> Answer:
+    def answer(self) -> Answer:
         if self.image is not None:
             self._look(self.image)
         draft = self._with_model() or self._built_in()
         draft = self._shown_nearest(draft)
-        if self.model is not None and rerank and not self.silent and self.meter.remaining > 0:
-            judged_answer = self._judged(draft)
-            if judged_answer is not None:
-                return judged_answer
+        if (answer := self._reranked(draft)) is not None:
+            return answer
+        draft = _cut(draft)
         fitting = [row for row in draft.result.rows if row.fits]
         return self._answer(draft, achievable=bool(fitting), explanation=_explained(draft.result))
 
@@ -249,16 +255,19 @@ class _Asking:
     def _of_model(self, tree: ast.Query) -> _Draft:
         """A model's statement, run. That it names a scene or revision that is not there is an error of its own."""
         try:
-            return self._carried_out(tree)
+            return self._carried_out(by_score(of_objects(tree)), uncut_for_reranking=True)
         except StoreError as error:
             if error.span is None:
                 raise
             raise BindError(error.message, hint=error.hint, span=error.span, source=error.source) from None
 
-    def _carried_out(self, tree: ast.Query) -> _Draft:
-        tree = self._framed(tree)
-        text = to_text(tree)
-        return _Draft(tree=tree, result=self.db.query(text, self.parameters, limits=self.limits), how="")
+    def _carried_out(self, tree: ast.Query, *, uncut_for_reranking: bool = False) -> _Draft:
+        tree, limit = self._framed(tree), None
+        run = tree
+        if uncut_for_reranking and self.reranker is not None:
+            run, limit = uncut(tree, self.reranker.most)
+        result = self.db.query(to_text(run), self.parameters, limits=self.limits)
+        return _Draft(tree=tree, result=replace(result, query=to_text(tree)), how="", limit=limit)
 
     def _framed(self, tree: ast.Query) -> ast.Query:
         """The statement in the scenes that were asked, with an end to its rows."""
@@ -268,7 +277,7 @@ class _Asking:
         if self.as_of is not None:
             moment = ast.Text(value=self.as_of) if isinstance(self.as_of, str) else ast.Number(value=self.as_of)
             tree = replace(tree, as_of=moment)
-        if tree.limit is None and not any(_is_total(item.expression) for item in tree.returns):
+        if tree.limit is None and not any(is_total(item.expression) for item in tree.returns):
             tree = replace(tree, limit=ast.Number(value=MOST_ROWS))
         return tree
 
@@ -283,7 +292,7 @@ class _Asking:
             return draft
         for tree, edge in turned(draft.tree):
             try:
-                other = self._carried_out(tree)
+                other = self._carried_out(tree, uncut_for_reranking=True)
             except QueryCancelled:
                 raise
             except CgdbError:
@@ -308,7 +317,7 @@ class _Asking:
         if points_back:
             tree = _among_previous(tree)
             understood = (*understood, f"among the {len(self.parameters['previous'])} objects found before")
-        draft = self._carried_out(tree)
+        draft = self._carried_out(tree, uncut_for_reranking=True)
         return replace(draft, how="built-in", understood=understood, wanted=made.wanted)
 
     def _by_picture(self) -> _Draft:
@@ -324,7 +333,7 @@ class _Asking:
 
     def _shown_nearest(self, draft: _Draft) -> _Draft:
         """Where no row came at all: the nearest things, none of which fits."""
-        if draft.result.rows or any(_is_total(item.expression) for item in draft.tree.returns):
+        if draft.result.rows or any(is_total(item.expression) for item in draft.tree.returns):
             return draft
         near = self._nearest(draft, NEAREST)
         if not near:
@@ -344,49 +353,68 @@ class _Asking:
         found = self._carried_out(tree).result.rows
         return tuple(_failing(row, draft.result.query) for row in found)
 
-    def _judged(self, draft: _Draft) -> Answer | None:
-        """The answer as the model sees it that reads the best candidates; None where there is nothing to read."""
-        assert self.model is not None
-        rows = list(draft.result.rows[:CANDIDATES])
+    def _reranked(self, draft: _Draft) -> Answer | None:
+        """The answer as a re-ranker orders it; None where there is none, it fails, or there is nothing to order."""
+        reranker = self.reranker
+        if reranker is None or (isinstance(reranker, ModelReranker) and (self.silent or self.meter.remaining <= 0)):
+            return None
         if draft.tree.order and not draft.result.nothing_fits:
             return None  # nearest, largest: what was measured needs no opinion
-        if not rows or first_node(rows[0]) is None or any(_is_total(i.expression) for i in draft.tree.returns):
+        rows = draft.result.rows
+        if not rows or first_node(rows[0]) is None or any(is_total(i.expression) for i in draft.tree.returns):
             return None
-        columns = draft.result.columns
-        plain = len(columns) == 1
-        if plain and len(rows) < CANDIDATES and draft.tree.limit == ast.Number(value=MOST_ROWS):
-            # A statement that asks too much hides what would have done.
-            seen = {_identity(row) for row in rows}
-            rows += [row for row in self._nearest(draft, CANDIDATES) if _identity(row) not in seen]
-            rows = rows[:CANDIDATES]
-        keys = keys_of(rows)
-        shown = [candidate(key, columns, row) for key, row in zip(keys, rows, strict=True)]
+        best = shortlist(rows, self._read_otherwise(draft, reranker.most), reranker.most)
         try:
-            said = judge(self.model, self.asked, shown, self.meter)
+            found = reranker.rerank(self.asked, draft.result.columns, best, self.meter)
         except (ModelError, MissingExtraError) as error:
             self.warnings.append(f"the order is the map's own, for the model could not re-rank: {_line(error)}")
             return None
-        self.warnings.extend(said.warnings)
-        by_key = dict(zip(keys, rows, strict=True))
-        read = judged(rows, keys, self.question, said)
-        rest = tuple(_unread(row) for row in draft.result.rows[CANDIDATES:]) if said.query_achievable else ()
-        strict = set() if draft.nearest else {_identity(row) for row in draft.result.rows}
-        if any(_identity(by_key[key]) not in strict for key in said.final_relevant_objects):
-            self.warnings.append("the statement was too strict; some of the answer are the nearest things beside it")
-        relevant = [node.id for key in said.relevant_objects if (node := first_node(by_key[key])) is not None]
-        return replace(
-            self._answer(
-                replace(draft, result=replace(draft.result, rows=(*read, *rest))),
-                achievable=said.query_achievable,
-                explanation=said.explanation,
-            ),
-            inferred_query=said.inferred_query,
-            relevant=tuple(dict.fromkeys(relevant)),
-            reranked=True,
+        self.warnings.extend(found.warnings)
+        read = {identity(row) for row in best}
+        rest = tuple(row for row in rows if identity(row) not in read)
+        own = set() if draft.nearest else {identity(row) for row in rows}
+        if found.said is None:
+            # A cross-encoder orders; what fits is as the statement says.
+            self.meter.add(found.usage)
+            mine = tuple(row for row in found.rows if row.fits or identity(row) in own)
+            ordered = tuple(sorted((*mine, *rest), key=lambda row: not row.fits)) or found.rows
+        else:
+            ordered = (*found.rows, *(map(_unread, rest) if found.said.query_achievable else ()))
+            if any(row.fits and identity(row) not in own for row in found.rows):
+                self.warnings.append(
+                    "the statement was too strict; some of the answer are the nearest things beside it"
+                )
+        draft = _cut(replace(draft, result=replace(draft.result, rows=ordered)))
+        said = found.said
+        relevant = (node.id for row in found.relevant if (node := first_node(row)) is not None)
+        answer = self._answer(
+            draft,
+            achievable=any(row.fits for row in draft.result.rows) if said is None else said.query_achievable,
+            explanation=_explained(draft.result) if said is None else said.explanation,
         )
+        if said is not None:
+            answer = replace(answer, inferred_query=said.inferred_query, relevant=tuple(dict.fromkeys(relevant)))
+        return replace(answer, reranked=True, reranker=reranker.name)
+
+    def _read_otherwise(self, draft: _Draft, most: int) -> Iterator[Row]:
+        """What the question finds, read by the built-in translator, then by its meaning alone."""
+        if "$previous" in draft.result.query:
+            return  # only what was found before can be the answer
+        if draft.how != "built-in":
+            try:
+                other = self._built_in().result
+            except QueryCancelled:
+                raise
+            except CgdbError:
+                pass  # a second opinion that nobody asked for
+            else:
+                for row in other.rows:
+                    if first_node(row) is not None:
+                        yield _failing(row, draft.result.query)
+        yield from self._nearest(draft, most)
 
     def _answer(self, draft: _Draft, *, achievable: bool, explanation: str) -> Answer:
-        nodes = [node for row in draft.result.rows[:CANDIDATES] if (node := first_node(row)) is not None]
+        nodes = [node for row in draft.result.rows[:MOST_RELEVANT] if (node := first_node(row)) is not None]
         asked_model = self.model is not None and self.meter.usage.calls > 0
         return Answer(
             question=self.given,
@@ -403,15 +431,6 @@ class _Asking:
         )
 
 
-def _is_total(item: Any) -> bool:
-    if isinstance(item, ast.Call) and item.name in AGGREGATES:
-        return True
-    inner = (item.arguments if isinstance(item, ast.Call) else ()) or tuple(
-        getattr(item, name) for name in ("left", "right", "operand") if hasattr(item, name)
-    )
-    return any(map(_is_total, inner))
-
-
 def _among_previous(tree: ast.Query) -> ast.Query:
     """The statement, asked only of what the answer before found."""
     first = tree.returns[0].expression
@@ -425,9 +444,20 @@ def _among_previous(tree: ast.Query) -> ast.Query:
     return replace(tree, where=ast.And(items=(among, *rest)))
 
 
-def _identity(row: Row) -> Any:
-    node = first_node(row)
-    return None if node is None else (node.scene, node.id)
+def _reranker(given: bool | str | Reranker, model: Model | None) -> Reranker | None:
+    """Who reads the best rows once more. UsageError, EncoderError, MissingExtraError where a name is none."""
+    if isinstance(given, bool):
+        return ModelReranker(model) if given and model is not None else None
+    if isinstance(given, str):
+        return ModelReranker(model) if given == "model" and model is not None else named(given)
+    return given
+
+
+def _cut(draft: _Draft) -> _Draft:
+    """The draft with no more rows than its statement asks for."""
+    if draft.limit is None:
+        return draft
+    return replace(draft, result=replace(draft.result, rows=draft.result.rows[: draft.limit]), limit=None)
 
 
 def _failing(row: Row, query: str) -> Row:

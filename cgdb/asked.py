@@ -18,6 +18,7 @@ class Answer:
     result: the rows, those that fit first. achievable: whether anything fits. explanation: why, or why nothing does.
     how: what wrote the statement: "grammar", "schema" or "text" (a model, held to CGQL so), or "built-in".
     inferred_query: what the model that read the candidates took the question for. model: its name, None without.
+    reranker: who put the rows in order, where somebody did.
     """
 
     question: str
@@ -33,6 +34,7 @@ class Answer:
     relevant: tuple[ObjectId, ...] = ()
     model: str | None = None
     reranked: bool = False
+    reranker: str | None = None
 
     def __len__(self) -> int:
         return len(self.result.rows)
@@ -69,6 +71,7 @@ class Answer:
             "how": self.how,
             "model": self.model,
             "reranked": self.reranked,
+            "reranker": self.reranker,
             "rows": self.result.to_dicts(why=why),
             "usage": self.usage.to_dict(),
             "warnings": list(self.warnings),

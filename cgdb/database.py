@@ -37,13 +37,14 @@ if TYPE_CHECKING:
     import networkx
 
     from cgdb.asked import Answer
-    from cgdb.export import Exported
-    from cgdb.index.graph import Table
     from cgdb.enrich.calls import Pace
     from cgdb.enrich.captions import Captioning
     from cgdb.enrich.properties import Enrichment
     from cgdb.enrich.relations import Relating
+    from cgdb.export import Exported
+    from cgdb.index.graph import Table
     from cgdb.model.llm import Model
+    from cgdb.model.rerank import Reranker
 
 OnExisting = Literal["error", "replace", "merge"]
 AsOf = int | str | datetime | None
@@ -97,6 +98,8 @@ class Database:
         self._scenes_now = Fresh(ledger.path / LEDGER, ledger.scenes, read_only=ledger.read_only)
         self.model: Model | None = None
         """The language model that is asked; the configured one where none is set."""
+        self.reranker: Reranker | None = None
+        """Who carries out RERANK BY; the language model where nobody is set."""
         self._limits = limits
         self._artefacts = Artefacts(ledger.path / "index", writable=not ledger.read_only)
         self._kept = TextVectors(ledger.path / "texts.sqlite", read_only=ledger.read_only)
@@ -219,7 +222,7 @@ class Database:
     ) -> Result:
         """The answer to a CGQL statement; ``$name`` in it stands for a parameter, never pasted into the text."""
         with self._budget(limits) as budget:
-            return run(text, {**(parameters or {}), **more}, self._views_of, budget, self.model)
+            return run(text, {**(parameters or {}), **more}, self._views_of, budget, self.reranker or self.model)
 
     def ask(
         self,
@@ -228,7 +231,7 @@ class Database:
         previous: Answer | None = None,
         image: str | Path | None = None,
         model: Model | bool = True,
-        rerank: bool = True,
+        rerank: bool | str | Reranker = True,
         scenes: Sequence[str] = (),
         as_of: int | str | None = None,
         limits: Limits | None = None,
@@ -236,6 +239,7 @@ class Database:
         """The answer to a question in plain words. previous: the answer that it follows up; image: a picture file.
 
         model: True for the configured one, if any; False for the built-in translator; or what ``llm.connect`` gives.
+        rerank: True for that model; "cross:" and a cross-encoder's folder or name; a re-ranker; or False.
         """
         from cgdb.ask import ask
 

@@ -13,12 +13,21 @@ from cgdb.reasons import asked, meaning_text
 
 if TYPE_CHECKING:
     from cgdb.executor import Profile
+    from cgdb.model.llm import Usage
 
 
 def plan_text(
-    query: BoundQuery, plan: Plan, catalog: Catalog, profile: Profile | None, timings: Mapping[str, float]
+    query: BoundQuery,
+    plan: Plan,
+    catalog: Catalog,
+    profile: Profile | None,
+    timings: Mapping[str, float],
+    usage: Usage | None = None,
 ) -> str:
-    """The plan as indented lines; with a profile each step also says how many rows it gave and how long it took."""
+    """The plan as indented lines; with a profile each step also says how many rows it gave and how long it took.
+
+    usage: what re-ranking cost.
+    """
     lines: list[str] = []
 
     def step(text: str, key: str | None = None, estimate: float | None = None) -> None:
@@ -73,7 +82,8 @@ def plan_text(
     elif not query.aggregates:
         step("order: best score first")
     if query.rerank is not None:
-        step(f"rerank: the best {query.rerank[1]} by a language model")
+        cost = f" ({usage})" if profile is not None and usage is not None and usage.calls else ""
+        step(f'rerank: the best {query.rerank[1]} by "{query.rerank[0]}"{cost}', "rerank")
     if query.limit is not None or query.skip:
         step(f"cut: skip {query.skip}, " + ("all that follow" if query.limit is None else f"at most {query.limit}"))
     if not query.aggregates:

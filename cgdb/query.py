@@ -25,18 +25,23 @@ from cgdb.result import Result, Row
 from cgdb.view import SceneView
 
 if TYPE_CHECKING:
-    from cgdb.model.llm import Model
+    from cgdb.model.llm import Model, Usage
+    from cgdb.model.rerank import Reranked, Reranker
 
 ViewsOf = Callable[[Sequence[str] | None, int | str | None], Sequence[SceneView]]
 """The views of the scenes with these names (None: all), as of a revision or time (None: now)."""
 
 
 def run(
-    text: str, parameters: Mapping[str, Any], views_of: ViewsOf, budget: Budget, model: Model | None = None
+    text: str,
+    parameters: Mapping[str, Any],
+    views_of: ViewsOf,
+    budget: Budget,
+    reranker: Reranker | Model | None = None,
 ) -> Result:
     """The answer to a statement. Every error of a stage carries its place in the text.
 
-    model: for RERANK BY; None: the one that is configured.
+    reranker: for RERANK BY; None: the language model that is configured.
     """
     started = time.perf_counter()
     timings: dict[str, float] = {}
@@ -60,6 +65,7 @@ def run(
         lap("plan")
         profile = Profile()
         more_warnings: tuple[str, ...] = ()
+        usage: Usage | None = None
         rows: tuple[Row, ...] = ()
         if tree.mode is not ast.Mode.EXPLAIN:
             parts = _executed(bound, made, views, budget, profile)
@@ -67,8 +73,10 @@ def run(
             rows = answer(_before_ranking(bound), parts, budget)
             lap("answer")
             if bound.rerank is not None:
-                rows, more_warnings = _ranked(bound, rows, model)
+                ranked = _ranked(bound, rows, reranker)
+                rows, more_warnings, usage = ranked.rows, ranked.warnings, ranked.usage
                 lap("rerank")
+                profile.add("rerank", len(rows), timings["rerank"])
     except CgdbError as error:
         # Names and parameters stand in messages; what is no letter in them must not reach a terminal as it is.
         error.message = printable(error.message)
@@ -76,11 +84,17 @@ def run(
         error.hint = None if error.hint is None else printable(error.hint)
         raise error.located(text) from error.__cause__
     warnings = (*bound.warnings, *more_warnings, *(line for view in views for line in view.degrees.warnings))
-    explained = plan_text(bound, made, catalog, profile if tree.mode is ast.Mode.PROFILE else None, timings)
+    explained = plan_text(bound, made, catalog, profile if tree.mode is ast.Mode.PROFILE else None, timings, usage)
     if tree.mode is not ast.Mode.RUN:
         lines = tuple(Row((line,), 1.0, True, tuple) for line in explained.splitlines())
         return Result(
-            columns=("plan",), rows=lines, plan=explained, timings=timings, warnings=warnings, query=to_text(tree)
+            columns=("plan",),
+            rows=lines,
+            plan=explained,
+            timings=timings,
+            warnings=warnings,
+            query=to_text(tree),
+            usage=usage,
         )
     return Result(
         columns=tuple(column.name for column in bound.returns),
@@ -89,6 +103,7 @@ def run(
         timings=timings,
         warnings=tuple(dict.fromkeys(warnings)),
         query=to_text(tree),
+        usage=usage,
     )
 
 
@@ -100,13 +115,14 @@ def _before_ranking(bound: BoundQuery) -> BoundQuery:
     return replace(bound, skip=0, limit=limit)
 
 
-def _ranked(bound: BoundQuery, rows: tuple[Row, ...], model: Model | None) -> tuple[tuple[Row, ...], tuple[str, ...]]:
+def _ranked(bound: BoundQuery, rows: tuple[Row, ...], reranker: Reranker | Model | None) -> Reranked:
     from cgdb.model.rerank import rerank
 
     assert bound.rerank is not None
     question, top = bound.rerank
-    ranked, warnings, _ = rerank(model, question, [column.name for column in bound.returns], rows, top)
-    return ranked[bound.skip : None if bound.limit is None else bound.skip + bound.limit], warnings
+    found = rerank(reranker, question, [column.name for column in bound.returns], rows, top)
+    end = None if bound.limit is None else bound.skip + bound.limit
+    return replace(found, rows=found.rows[bound.skip : end])
 
 
 def printable(text: str) -> str:

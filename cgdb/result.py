@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import MissingExtraError
 from cgdb.scene import ObjectId, PropertyValue
+
+if TYPE_CHECKING:
+    from cgdb.model.llm import Usage
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -158,7 +161,7 @@ class Result:
     """The answer to a query, best rows first.
 
     columns: names. plan: what EXPLAIN prints. timings: seconds per stage. warnings: evidence that was left out and
-    the like. query: the statement in canonical form.
+    the like. query: the statement in canonical form. usage: what RERANK BY cost, None without.
     """
 
     columns: tuple[str, ...]
@@ -167,6 +170,7 @@ class Result:
     timings: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     query: str = ""
+    usage: Usage | None = None
 
     def __len__(self) -> int:
         return len(self.rows)

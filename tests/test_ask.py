@@ -21,7 +21,7 @@ from cgdb.model.model_translate import short_grammar
 from cgdb.model.query_json import to_json
 from cgdb.model.recording import recording, replaying
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject
-from cgdb.testing import store
+from cgdb.testing import give_degrees, store
 from tests import model_server as server
 from tests.model_server import HTML, ModelServer, Said, error
 
@@ -290,7 +290,7 @@ def test_the_answer_has_the_fields_of_the_planner(db: Database) -> None:
         assert record["inferred_query"] == "what is wanted"
         assert record["explanation"] == "Water is healthiest."
         assert record["usage"]["calls"] == 2
-        assert answer.rows[0].why[-1].evidence == {"said": "Water is healthiest."}
+        assert answer.rows[0].why[-1].evidence == {"by": "little", "said": "Water is healthiest."}
         assert not answer.rows[2].fits
 
 
@@ -311,6 +311,34 @@ def test_a_statement_that_is_too_strict_does_not_hide_the_answer(db: Database) -
         answer = db.ask("Something to drink", model=model(at))
         assert answer.ids == (8,)
         assert any("too strict" in line for line in answer.warnings)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        'MATCH (o ~ "cushion") RETURN o',
+        'MATCH (o ~ "soda") RETURN o LIMIT 1',
+        'MATCH (o ~ "soda") RETURN o.tag, o.caption ORDER BY score(o) DESC LIMIT 1',
+        'MATCH (o ~ "soda") RETURN o.tag, score(o) AS s ORDER BY s DESC LIMIT 1',
+        'MATCH (o ~ "soda")-[:on]->(t ~ "table") RETURN o, t',
+        'MATCH (o ~ "soda") WHERE o.tag = "cola" RETURN o',
+    ],
+)
+def test_a_statement_that_hides_the_answer_does_not_hide_it_from_the_model(db: Database, statement: str) -> None:
+    with ModelServer(brain(statement, "8")) as at:
+        answer = db.ask(QUESTION, model=model(at))
+        assert "8" in [one["id"] for one in server.candidates_in(at.requests[-1])]
+        assert (answer.ids, answer.achievable) == ((8,), True)
+        assert answer.query.startswith(statement.partition(" RETURN")[0])
+
+
+def test_the_number_that_was_asked_for_is_kept_after_re_ranking(db: Database) -> None:
+    with ModelServer(brain('MATCH (o ~ "drink") RETURN o LIMIT 2', "8", "2", "1")) as at:
+        answer = db.ask("Two things to drink", model=model(at))
+        assert [one["id"] for one in server.candidates_in(at.requests[-1])][:3] == ["1", "2", "8"]
+        assert answer.ids == (8, 2)
+        assert answer.query == 'MATCH (o ~ "drink") RETURN o LIMIT 2'
+        assert len(db.ask("Two things to drink", model=model(at), rerank=False)) == 2
 
 
 def test_what_was_measured_is_not_re_ranked(db: Database) -> None:
@@ -364,8 +392,8 @@ def test_tokens_do_not_grow_with_the_map() -> None:
 
 def test_a_caption_cannot_name_what_is_no_candidate(db: Database) -> None:
     """A model that obeys the note on the knife, though the knife is not among the candidates."""
-    statement = 'MATCH (o ~ "drink") WHERE NOT o ~ "soda" RETURN o LIMIT 2'
-    with ModelServer(brain(statement, "7")) as at:
+    give_degrees(db, {asked: {k: v for k, v in table.items() if k != 7} for asked, table in DEGREES.items()})
+    with ModelServer(brain(RIGHT, "7")) as at:
         answer = db.ask(QUESTION, model=model(at))
         assert 7 not in answer.ids
         assert any("no candidate" in line and "7" in line for line in answer.warnings)
@@ -623,12 +651,17 @@ def test_rerank_by_asks_the_configured_model(db: Database, monkeypatch: pytest.M
         result = db.query(statement)
         assert [row[0].id for row in result] == [8, 1]  # type: ignore[union-attr]
         assert [row.fits for row in result] == [True, False]
-        assert result[0].why[-1].evidence == {"said": "Water."}
+        assert result[0].why[-1].evidence == {"by": "little", "said": "Water."}
         assert "rerank" in result.timings
         shown = server.candidates_in(at.requests[0])
         assert [c["id"] for c in shown] == ["1", "2", "8"]
-        assert len(db.query("EXPLAIN " + statement)) > 0
+        assert result.usage is not None
+        assert (result.usage.calls, result.usage.prompt_tokens > 100) == (1, True)
+        assert 'rerank: the best 3 by "the healthiest"' in db.query("EXPLAIN " + statement).plan
         assert len(at.requests) == 1
+        plan = db.query("PROFILE " + statement).plan
+        assert "1 call, " in plan
+        assert "tokens" in plan
 
 
 def test_a_scene_that_the_question_names_is_the_one_that_is_asked(tmp_path: Path) -> None:

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cgdb.model.candidates import candidate, keys_of
 from cgdb.model.llm import ModelError
-from cgdb.model.rerank import candidate, judged, judgement, keys_of
+from cgdb.model.rerank import judged, judgement
 from cgdb.result import Reason, Row, StoredNode
 
 KNOWN = ["1", "2", "cup-3"]

@@ -85,6 +85,22 @@ class Usage:
             estimated=self.estimated or other.estimated,
         )
 
+    def __sub__(self, before: Usage) -> Usage:
+        return Usage(
+            calls=self.calls - before.calls,
+            prompt_tokens=self.prompt_tokens - before.prompt_tokens,
+            completion_tokens=self.completion_tokens - before.completion_tokens,
+            seconds=self.seconds - before.seconds,
+            estimated=self.estimated,
+        )
+
+    def __str__(self) -> str:
+        if not self.calls:
+            return f"{self.seconds:.1f} s"
+        calls = f"{self.calls} call{'s' if self.calls != 1 else ''}"
+        about = "about " if self.estimated else ""
+        return f"{calls}, {about}{self.prompt_tokens:,} + {self.completion_tokens:,} tokens, {self.seconds:.1f} s"
+
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready."""
         return {

@@ -1,29 +1,27 @@
-"""Re-ranking: a language model reads the best rows and says which of them answer the question, and why.
+"""Re-ranking: the best rows are read once more, and put in the order in which they answer the question.
 
-It sees these rows only, as JSON. It may name only their ids: all others in its answer are left out, and said so. A
-caption that gives orders can at worst put a candidate first that was among the best anyway.
+A language model sees these rows only, as JSON. It may name only their ids: all others in its answer are left out, and
+said so. A caption that gives orders can at worst put a candidate first that was among the best anyway. A cross-encoder
+gives each row a score and no opinion on whether anything fits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Protocol
 
-import numpy as np
-
-from cgdb.errors import ExecuteError
+from cgdb.errors import ExecuteError, UsageError
+from cgdb.model.candidates import candidate, keys_of
 from cgdb.model.llm import Meter, Model, ModelError, Usage, connect
 from cgdb.model.llm_json import ask_json
 from cgdb.model.llm_settings import settings
 from cgdb.model.prompts import clean, reranking, reranking_schema
-from cgdb.result import Path, Reason, Row, StoredNode, StoredRelation
+from cgdb.result import Reason, Row
 
 LONGEST = 700
 """Tokens of an answer."""
-CAPTION = 200
-"""Characters of a caption that are shown."""
-MOST_PROPERTIES = 8
+CROSS = "cross:"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +34,68 @@ class Judgement:
     final_relevant_objects: tuple[str, ...] = ()
     explanation: str = ""
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reranked:
+    """Rows in their new order. said: what a language model said of them; None of a cross-encoder, which says nothing.
+
+    relevant: the rows that have to do with the question.
+    """
+
+    rows: tuple[Row, ...]
+    said: Judgement | None = None
+    relevant: tuple[Row, ...] = ()
+    warnings: tuple[str, ...] = ()
+    usage: Usage = field(default_factory=Usage)
+
+
+class Reranker(Protocol):
+    """Puts rows in the order in which they answer a question. most: rows that it should be given, at most."""
+
+    most: ClassVar[int]
+
+    @property
+    def name(self) -> str:
+        """Who orders, for people."""
+        ...
+
+    def rerank(
+        self, question: str, columns: Sequence[str], rows: Sequence[Row], meter: Meter | None = None
+    ) -> Reranked:
+        """These rows, all of them. meter: the account of the question, where it has one."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ModelReranker:
+    """A language model as a re-ranker. It reads few rows, some 40 to 80 tokens each."""
+
+    most: ClassVar[int] = 15
+    model: Model
+
+    @property
+    def name(self) -> str:
+        """The model's name."""
+        return self.model.name
+
+    def rerank(
+        self, question: str, columns: Sequence[str], rows: Sequence[Row], meter: Meter | None = None
+    ) -> Reranked:
+        """The rows that the model chose, best first, then the others. ModelError where it says nothing of use."""
+        meter = meter or self.model.meter()
+        before = meter.usage
+        keys = keys_of(rows)
+        shown = [candidate(key, columns, row) for key, row in zip(keys, rows, strict=True)]
+        said = judge(self.model, question, shown, meter)
+        by_key = dict(zip(keys, rows, strict=True))
+        return Reranked(
+            rows=judged(rows, keys, question, said, by=self.name),
+            said=said,
+            relevant=tuple(by_key[key] for key in said.relevant_objects),
+            warnings=said.warnings,
+            usage=meter.usage - before,
+        )
 
 
 def judge(model: Model, question: str, candidates: Sequence[Mapping[str, Any]], meter: Meter) -> Judgement:
@@ -100,84 +160,21 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else ""
 
 
-# -- rows -------------------------------------------------------------------------------------------------------
-
-
-def keys_of(rows: Sequence[Row]) -> list[str]:
-    """A name for each row: the id of its first object, with its scene or number where that is not enough."""
-    nodes = [next((value for value in row if isinstance(value, StoredNode)), None) for row in rows]
-    scenes = {node.scene for node in nodes if node is not None}
-    keys: list[str] = []
-    for number, node in enumerate(nodes, start=1):
-        key = f"row {number}" if node is None else str(node.id) if len(scenes) < 2 else f"{node.scene}:{node.id}"
-        keys.append(key if key not in keys else f"{key} (row {number})")
-    return keys
-
-
-def candidate(key: str, columns: Sequence[str], row: Row) -> dict[str, Any]:
-    """A row as the model sees it: its first object's record, what else is in the row, and the relations that held."""
-    main = next((value for value in row if isinstance(value, StoredNode)), None)
-    shown: dict[str, Any] = {"id": key}
-    if main is not None:
-        shown.update(_record(main))
-    others = {
-        clean(name, 40): _brief(value)
-        for name, value in zip(columns, row.values, strict=True)
-        if value is not main and value is not None
-    }
-    if others:
-        shown["with"] = others
-    # What ~ found is in the record; edges and distances are not.
-    held = [clean(str(reason), 120) for reason in row.why if "~" not in reason.asked]
-    if held:
-        shown["because"] = held[:3]
-    return shown
-
-
-def _record(node: StoredNode) -> dict[str, Any]:
-    record: dict[str, Any] = {}
-    if node.label != "Object":
-        record["label"] = clean(node.label, 40)
-    if node.tag:
-        record["tag"] = clean(node.tag, 60)
-    others = [clean(tag, 40) for tag in node.tags if tag != node.tag][:4]
-    if others:
-        record["also"] = others
-    if node.caption:
-        record["caption"] = clean(node.caption, CAPTION)
-    if node.center is not None:
-        record["center"] = [round(x, 1) for x in node.center.tolist()]
-    if node.extent is not None:
-        rotation = node.rotation
-        upright = node.extent if rotation is None else np.abs(rotation) @ node.extent
-        record["extent"] = [round(x, 1) for x in upright.tolist()]
-    if node.properties:
-        some = list(node.properties.items())[:MOST_PROPERTIES]
-        record["properties"] = {clean(name, 40): _brief(value) for name, value in some}
-    return record
-
-
-def _brief(value: Any) -> Any:
-    if isinstance(value, (StoredNode, StoredRelation, Path)):
-        return clean(str(value), 80)
-    if isinstance(value, float):
-        return round(value, 2)
-    if isinstance(value, (list, tuple)):
-        return [_brief(item) for item in value[:8]]
-    return clean(value, 80) if isinstance(value, str) else value
-
-
-def judged(rows: Sequence[Row], keys: Sequence[str], question: str, said: Judgement) -> tuple[Row, ...]:
+def judged(
+    rows: Sequence[Row], keys: Sequence[str], question: str, said: Judgement, *, by: str = ""
+) -> tuple[Row, ...]:
     """The rows in the model's order: those that it chose fit, best first; the others keep theirs and do not."""
     by_key = dict(zip(keys, rows, strict=True))
     chosen = [key for key in said.final_relevant_objects if key in by_key]
     order = [*chosen, *(key for key in keys if key not in chosen)]
-    return tuple(_told(by_key[key], key in chosen, question, said.explanation) for key in order)
+    return tuple(_told(by_key[key], key in chosen, question, said.explanation, by) for key in order)
 
 
-def _told(row: Row, chosen: bool, question: str, explanation: str) -> Row:
+def _told(row: Row, chosen: bool, question: str, explanation: str, by: str) -> Row:
     def explain() -> tuple[Reason, ...]:
-        said = {"said": explanation} if chosen and explanation else {}
+        said = {"by": by} if by else {}
+        if chosen and explanation:
+            said["said"] = explanation
         return (*row.why, Reason(asked=f'RERANK BY "{clean(question, 80)}"', degree=float(chosen), evidence=said))
 
     return Row(row.values, row.score, chosen, explain)
@@ -187,26 +184,44 @@ def _told(row: Row, chosen: bool, question: str, explanation: str) -> Row:
 
 
 def rerank(
-    model: Model | None, question: str, columns: Sequence[str], rows: Sequence[Row], top: int
-) -> tuple[tuple[Row, ...], tuple[str, ...], Usage]:
-    """RERANK BY: the best ``top`` rows as a model orders them, then the rest; warnings; what it cost.
+    reranker: Reranker | Model | None, question: str, columns: Sequence[str], rows: Sequence[Row], top: int
+) -> Reranked:
+    """RERANK BY: the best ``top`` rows in a new order, then the rest. None: the model that is configured.
 
-    ExecuteError where no model is configured; ModelError where it fails: who asks for a model's order gets no other.
+    ExecuteError where none is; ModelError where it fails: who asks for another order gets no other.
     """
-    model = model or configured()
-    if model is None:
-        raise ExecuteError(
-            "RERANK BY asks a language model, and none is configured",
-            hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or leave RERANK BY out",
-        )
+    chosen = ModelReranker(reranker) if isinstance(reranker, Model) else reranker
+    if chosen is None:
+        model = configured()
+        if model is None:
+            raise ExecuteError(
+                "RERANK BY asks a language model, and none is configured",
+                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or name a cross-encoder",
+            )
+        chosen = ModelReranker(model)
     if not rows or top < 1:
-        return tuple(rows), (), Usage()
-    best = rows[:top]
-    keys = keys_of(best)
-    meter = model.meter()
-    shown = [candidate(key, columns, row) for key, row in zip(keys, best, strict=True)]
-    said = judge(model, question, shown, meter)
-    return (*judged(best, keys, question, said), *rows[top:]), said.warnings, meter.usage
+        return Reranked(rows=tuple(rows))
+    found = chosen.rerank(question, columns, rows[:top])
+    return replace(found, rows=(*found.rows, *rows[top:]))
+
+
+def named(name: str) -> Reranker:
+    """The re-ranker of a name: "cross:" and a cross-encoder's folder or name; "model", the one that is configured."""
+    if name.startswith(CROSS):
+        from cgdb.model.cross_encoder import CrossEncoder
+
+        return CrossEncoder.load(name.removeprefix(CROSS))
+    if name == "model":
+        model = configured()
+        if model is None:
+            raise UsageError(
+                "no language model is configured",
+                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
+            )
+        return ModelReranker(model)
+    raise UsageError(
+        f"there is no re-ranker '{name[:60]}'", hint="model, or cross: and the folder or name of a cross-encoder"
+    )
 
 
 def configured() -> Model | None:

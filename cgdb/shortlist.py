@@ -1,0 +1,103 @@
+"""Shortlist: which rows a re-ranker reads. What is not among them, it cannot find.
+
+A language model writes statements that hide the answer: a condition too many, LIMIT 1, the wrong noun. So a part of the
+shortlist is what the question finds when it is read in other ways, and a LIMIT cuts only what the re-ranker leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from cgdb.asked import first_node
+from cgdb.functions import AGGREGATES
+from cgdb.grammar import ast
+from cgdb.result import Row
+
+OTHERS = 0.4
+"""The share of a shortlist that is kept for what other readings of the question find."""
+
+
+def shortlist(rows: Sequence[Row], others: Iterable[Row], most: int) -> list[Row]:
+    """At most ``most`` rows: the best of a statement, then those of other readings that are not among them.
+
+    others: the best first; each gets the width of the statement's rows.
+    """
+    mine = list(rows[:most])
+    known = {identity(row) for row in mine[: most - round(most * OTHERS)]}
+    new: list[Row] = []
+    for row in others:
+        if len(new) == most:
+            break
+        if identity(row) not in known:
+            known.add(identity(row))
+            new.append(row)
+    kept = max(most - len(new), most - round(most * OTHERS))
+    # A row of the statement that another reading finds too is shown once, in its own place.
+    first = mine[:kept]
+    there = {identity(row) for row in first}
+    width = len(rows[0]) if rows else 1
+    return [*first, *(_widened(row, width) for row in new if identity(row) not in there)][:most]
+
+
+def identity(row: Row) -> Any:
+    """What tells the objects of rows apart; None for a row without one."""
+    node = first_node(row)
+    return None if node is None else (node.scene, node.id)
+
+
+def _widened(row: Row, width: int) -> Row:
+    if len(row) == width:
+        return row
+    return Row((first_node(row), *[None] * (width - 1)), row.score, row.fits, lambda: row.why)
+
+
+# -- statements -------------------------------------------------------------------------------------------------
+
+
+def is_total(item: Any) -> bool:
+    """Whether an expression is a total over rows."""
+    if isinstance(item, ast.Call) and item.name in AGGREGATES:
+        return True
+    inner = (item.arguments if isinstance(item, ast.Call) else ()) or tuple(
+        getattr(item, name) for name in ("left", "right", "operand") if hasattr(item, name)
+    )
+    return any(map(is_total, inner))
+
+
+def of_objects(tree: ast.Query) -> ast.Query:
+    """The statement, returning its object too where it only returns texts and numbers of it."""
+    returned = [item.expression for item in tree.returns]
+    if tree.distinct or any(isinstance(item, ast.Variable) or is_total(item) for item in returned):
+        return tree
+    named = {node.variable for pattern in tree.patterns for node in pattern.nodes if node.variable}
+    variable = next(
+        (item.variable for item in returned if isinstance(item, ast.Property) and item.variable in named), None
+    )
+    if variable is None:
+        return tree
+    return replace(tree, returns=(ast.ReturnItem(expression=ast.Variable(name=variable)), *tree.returns))
+
+
+def by_score(tree: ast.Query) -> ast.Query:
+    """The statement without an ORDER BY score ... DESC: the best come first anyway, and nothing was measured."""
+    names = {item.name for item in tree.returns if item.name and _is_score(item.expression)}
+    for item in tree.order:
+        is_name = isinstance(item.expression, ast.Variable) and item.expression.name in names
+        if not item.descending or not (_is_score(item.expression) or is_name):
+            return tree
+    return replace(tree, order=())
+
+
+def _is_score(item: ast.Expression) -> bool:
+    return isinstance(item, ast.Call) and item.name == "score"
+
+
+def uncut(tree: ast.Query, most: int) -> tuple[ast.Query, int | None]:
+    """The statement with at least ``most`` rows, and its own LIMIT where that was less; an order is left alone."""
+    if tree.order or tree.skip is not None or not isinstance(tree.limit, ast.Number) or tree.limit.value >= most:
+        return tree, None
+    if any(is_total(item.expression) for item in tree.returns):
+        return tree, None
+    return replace(tree, limit=ast.Number(value=most)), int(tree.limit.value)
