@@ -215,6 +215,9 @@ def _mapping(commands: Any) -> None:
         help="walls, floor, ceiling: one object each, none, or as other things (merge)",
     )
     mapping.add_argument("--min-detections", type=int, default=3, metavar="N", help="fewer is no object (3)")
+    mapping.add_argument(
+        "--crops", default="10", metavar="N", help="views of each object that are kept, with pictures; none: without (10)"
+    )
     mapping.add_argument("--every", type=int, default=100, metavar="N", help="write a revision every N frames (100)")
     mapping.add_argument("--keep-state", action="store_true", help="keep what is needed to map further another day")
     mapping.add_argument("--resume", action="store_true", help="go on with the scene, with this recording or another")
@@ -382,9 +385,12 @@ def _models(commands: Any) -> None:
     relate.add_argument("--batch", type=int, default=6, metavar="N", help="pairs per call (6)")
     _added(relate)
 
-    evaluate = commands.add_parser("eval", help="measure how well questions are answered")
+    evaluate = commands.add_parser("eval", help="measure how good maps are, and how well questions are answered")
     evaluations = evaluate.add_subparsers(title="evaluations", metavar="WHAT", required=True)
+    from cgdb.cli import evaluate_options
     from cgdb.judged import LAYOUT
+
+    evaluate_options.add(evaluations, _command)
 
     retrieval = _command(
         evaluations,

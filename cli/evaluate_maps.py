@@ -1,0 +1,300 @@
+"""``cgdb eval mapping`` and ``cgdb eval semseg``: maps with clouds against labelled clouds."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cgdb.cli.evaluate_scenes import Chosen, chosen, line, mean, paired, percent, say, share, table, write_json
+from cgdb.errors import CgdbError, FormatError, UsageError, did_you_mean, one_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from cgdb.ingest.evaluation.labelled import LabelledCloud
+    from cgdb.ingest.evaluation.mapping import Score
+    from cgdb.ingest.evaluation.semseg import Confusion, SegmentationScore
+    from cgdb.scene import SceneGraph
+
+_MEANS = ("purity", "worst_purity", "completeness", "completeness_fine", "box_iou", "association", "labels")
+
+
+def mapping(options: Namespace) -> int:
+    """Score the objects of each scene against the true ones."""
+    from cgdb.ingest.evaluation.mapping import evaluate, truth_of
+
+    if options.seen < 0 or options.reach <= 0 or options.near <= 0:
+        raise UsageError("--reach and --near are metres above 0, --seen at least 0")
+    scores: list[tuple[str, Score]] = []
+    for one, path in paired(chosen(options.stores, options.scene), options.truth):
+        truth = truth_of(_truth(path, options), path)
+        scene = _with_clouds(one)
+        scores.append(
+            (one.name, evaluate(scene, truth, least_seen=options.seen, reach=options.reach, near=options.near))
+        )
+        say(f"{one.name}: {len(truth.points):,} true points, {scores[-1][1].points:,} mapped", options.quiet)
+    if options.json:
+        write_json(
+            {"scenes": [{"scene": name, **one.to_json()} for name, one in scores], "mean": _mapping_mean(scores)}
+        )
+        return 0
+    rows = [_mapping_row(name, _figures(one)) for name, one in scores]
+    if len(scores) > 1:
+        rows.append(_mapping_row("mean", _mapping_mean(scores)))
+    columns = ("scene", "found", "missed", "dupl.", "purity", "compl.", "assoc.", "IoU", "labels")
+    table("Objects (compl.: of the true surface, within reach of a mapped point)", columns, rows)
+    for name, scored in scores:
+        _per_object(name, scored, options.objects)
+    return 0
+
+
+def _figures(one: Score) -> dict[str, Any]:
+    """The figures of a score, without its objects."""
+    record = one.to_json()
+    return {key: value for key, value in record.items() if key not in ("objects", "strangers")}
+
+
+def _mapping_mean(scores: Sequence[tuple[str, Score]]) -> dict[str, Any]:
+    """Counts are summed, shares are means over scenes."""
+    records = [_figures(one) for _, one in scores]
+    return {
+        key: mean([record[key] for record in records]) if key in _MEANS else sum(record[key] for record in records)
+        for key in records[0]
+    }
+
+
+def _mapping_row(name: str, record: dict[str, Any]) -> list[str]:
+    return [
+        name[:17],
+        f"{record['found']}/{record['true']}",
+        str(record["missed"]),
+        str(record["duplicates"]),
+        share(record["purity"]),
+        "-" if record["completeness"] is None else f"{record['completeness']:.3f}",
+        share(record["association"]),
+        share(record["box_iou"]),
+        share(record["labels"]),
+    ]
+
+
+def _per_object(name: str, one: Score, every: bool) -> None:
+    """The objects that something is wrong with, or all."""
+    rows = []
+    for obj in one.objects:
+        wrong = "missed" if not obj.shown_by else "duplicated" if len(obj.shown_by) > 1 else ""
+        if obj.named is False:
+            wrong = ", ".join(filter(None, (wrong, "misnamed")))
+        if wrong or every:
+            rows.append(
+                [
+                    f"{obj.id} {obj.name}".strip()[:22],
+                    str(obj.frames),
+                    wrong or "found",
+                    " ".join(f"#{known}" for known in obj.shown_by)[:22],
+                    (obj.tag or "")[:16],
+                    share(obj.purity),
+                    share(obj.completeness),
+                    share(obj.box_iou),
+                ]
+            )
+    if rows:
+        columns = ("true object", "seen", "", "mapped as", "tag", "pure", "compl.", "IoU")
+        table(f"\n{name}: {'its objects' if every else 'what is not as it should be'}", columns, rows)
+    if one.strangers:
+        shown = " ".join(f"#{known}" for known in one.strangers[:12])
+        more = f" and {len(one.strangers) - 12} more" if len(one.strangers) > 12 else ""
+        line(f"{name}: {len(one.strangers)} mapped objects show no thing: {shown}{more}")
+
+
+def semseg(options: Namespace) -> int:
+    """Score the classes of points, as the paper's Table II."""
+    from cgdb.ingest.evaluation.semseg import score, summed
+
+    if options.within is not None and options.within <= 0:
+        raise UsageError("--within is metres above 0")
+    if "{c}" not in options.template:
+        raise UsageError("--template must hold {c}, where the class goes", hint="'an image of {c}'")
+    parts: list[tuple[str, Confusion]] = []
+    for one, path in paired(chosen(options.stores, options.scene), options.truth):
+        parts.append((one.name, _segmented(one, _truth(path, options), path, options)))
+    scores = [(name, score(part)) for name, part in parts]
+    if len(parts) > 1:
+        scores.append(("all", score(summed([part for _, part in parts]))))
+    if options.json:
+        _semseg_json(scores)
+        return 0
+    columns = ("scene", "mAcc", "F-mIoU", "mIoU", "mPrec", "mF1", "classes", "points", "no class")
+    rows = [_semseg_row(name, one) for name, one in scores]
+    if len(parts) > 1:
+        rows.append(_semseg_means([one for _, one in scores[:-1]]))
+    table("Semantic segmentation, % (all: the points of all scenes together)", columns, rows)
+    _per_class(scores[-1][1])
+    return 0
+
+
+def _segmented(one: Chosen, truth: LabelledCloud, path: str, options: Namespace) -> Confusion:
+    import numpy as np
+
+    from cgdb.ingest.evaluation import semseg as protocol
+
+    if not len(truth.names) or not (truth.labels >= 0).any():
+        raise FormatError(
+            f"{path}: says the class of no point", hint="labels and names in the .npz; --names for a .ply"
+        )
+    scene = one.read(features=options.by == "feature")
+    scored = ~protocol.left_out(options.exclude, truth.names)
+    present = np.bincount(truth.labels[truth.labels >= 0], minlength=len(truth.names)) > 0
+    allowed = scored & present if options.classes == "scene" else scored
+    if not (scored & present).any():
+        raise UsageError(f"{path}: --exclude leaves no class to score")
+    objects, settled = protocol.scored_objects(scene.objects, truth.names, allowed)
+    if not objects:
+        raise UsageError(f"{one.name}: no object of the scene has points", hint="cgdb map makes maps with clouds")
+    if options.by == "tag":
+        classes = protocol.classes_by_tag(objects, truth.names, allowed)
+    else:
+        space, vectors = _class_vectors(one, scene, truth, options)
+        classes = protocol.classes_by_feature(objects, space, vectors, allowed)
+    classes = np.where(settled >= 0, settled, classes)
+    without = int((classes < 0).sum())
+    say(
+        f"{one.name}: {len(objects)} objects, {int(allowed.sum())} classes"
+        + (
+            f"; {without} objects have no {'feature' if options.by == 'feature' else 'tag of a class'}"
+            if without
+            else ""
+        ),
+        options.quiet,
+    )
+    return protocol.confusion(
+        objects, classes, truth, scored, cloud=_cloud(options.cloud, scene, truth), within=options.within
+    )
+
+
+def _cloud(given: str, scene: SceneGraph, truth: LabelledCloud) -> NDArray[np.float32] | None:
+    """The points that are labelled: None for the truth's own."""
+    import numpy as np
+
+    from cgdb.ingest.evaluation import labelled, ply
+
+    if given == "truth":
+        return None
+    if given == "map":
+        return np.concatenate([obj.points for obj in scene.objects if obj.points is not None and len(obj.points)])
+    path = Path(given)
+    if not path.is_file():
+        raise UsageError(f"--cloud: there is no file {given}", hint="truth, map, or a .npz or .ply of points")
+    if path.suffix == ".ply":
+        vertex = ply.read(path).vertex
+        points = np.stack([vertex[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    else:
+        points = labelled.arrays_of(path).get("points", np.zeros(0))
+    return labelled.points_of(points)
+
+
+def _class_vectors(
+    one: Chosen, scene: SceneGraph, truth: LabelledCloud, options: Namespace
+) -> tuple[str, NDArray[np.float32]]:
+    """(the feature space, (k, d) vectors of the class texts in it)."""
+    import cgdb
+    from cgdb.cli import values
+    from cgdb.meaning.encoders import Encoders
+    from cgdb.meaning.vocabulary import Vocabulary
+    from cgdb.storage.text_vectors import TextVectors
+
+    spaces = {space.name: space for space in scene.spaces}
+    name = options.space or ("clip" if "clip" in spaces else next(iter(spaces), None))
+    if name not in spaces:
+        raise UsageError(
+            f"{one.name}: the scene has no feature space" + (f" '{options.space}'" if options.space else ""),
+            hint=(did_you_mean(options.space or "", spaces) or f"it has {one_of(spaces)}") if spaces else "--by tag",
+        )
+    texts = [options.template.replace("{c}", known.replace("_", " ")) for known in truth.names]
+    if options.vocabulary:
+        return name, Vocabulary.load(options.vocabulary).texts(texts)
+    given = values.encoders(options.encoder)
+    if name not in given and truth.vectors is not None:
+        return name, truth.vectors
+    with cgdb.open(one.store, text_encoder=None) as db:
+        encoder = Encoders(TextVectors(db.path / "texts.sqlite", read_only=True), spaces=given).space(spaces[name])
+    if isinstance(encoder, CgdbError):
+        raise encoder
+    if encoder is None:
+        raise UsageError(
+            f"{one.name}: the map does not say which encoder made its features '{name}'",
+            hint=f"--encoder {name}=open_clip:MODEL:WEIGHTS, --vocabulary FILE with the classes' vectors, or --by tag",
+        )
+    return name, encoder.texts(texts)
+
+
+def _semseg_row(name: str, one: SegmentationScore) -> list[str]:
+    figures = (one.macc, one.fmiou, one.miou, one.precision, one.f1)
+    return [name[:20], *map(percent, figures), str(len(one.classes)), str(one.points), percent(one.unlabelled)]
+
+
+def _semseg_means(scores: Sequence[SegmentationScore]) -> list[str]:
+    columns = zip(*((s.macc, s.fmiou, s.miou, s.precision, s.f1) for s in scores), strict=True)
+    return ["mean", *(percent(sum(column) / len(scores)) for column in columns), "", "", ""]
+
+
+def _per_class(one: SegmentationScore) -> None:
+    rows = [
+        [c.name[:28], str(c.points), percent(c.recall), percent(c.precision), percent(c.iou), percent(c.f1)]
+        for c in sorted(one.classes, key=lambda c: (-c.points, c.name))
+    ]
+    table("\nClasses, %", ("class", "points", "recall", "precision", "IoU", "F1"), rows)
+    steps = ", ".join(f"{count} above {step:g}" for step, count in one.above.items())
+    line(f"IoU of {len(one.classes)} classes: {steps}")
+
+
+def _semseg_json(scores: Sequence[tuple[str, SegmentationScore]]) -> None:
+    from cgdb.ingest.evaluation.semseg import to_json
+
+    records = [{"scene": name, **to_json(one)} for name, one in scores]
+    single = [one for name, one in scores if name != "all" or len(scores) == 1]
+    write_json(
+        {
+            "scenes": records[: len(single)],
+            "all": records[-1],
+            "mean": {"mAcc": mean([s.macc for s in single]), "F-mIoU": mean([s.fmiou for s in single])},
+        }
+    )
+
+
+def _with_clouds(one: Chosen) -> SceneGraph:
+    scene = one.read()
+    if scene.objects and all(obj.points is None for obj in scene.objects):
+        raise UsageError(
+            f"{one.name}: no object of the scene has points",
+            hint="cgdb map makes maps with clouds; eval graph needs none",
+        )
+    return scene
+
+
+def _truth(path: str, options: Namespace) -> LabelledCloud:
+    from cgdb.ingest.evaluation.labelled import read_labelled
+    from cgdb.ingest.evaluation.names import class_names
+
+    cloud = read_labelled(path, class_names(options.names) if options.names else None)
+    return cloud.moved(_pose(Path(options.align))) if options.align else cloud
+
+
+def _pose(path: Path) -> NDArray[np.float64]:
+    """A 4 x 4 rigid transformation: four rows of four numbers, or the first line's sixteen."""
+    import numpy as np
+
+    try:
+        lines = [line.split() for line in path.read_text("utf-8").splitlines() if line.strip()]
+        rows = lines[:1] if lines and len(lines[0]) == 16 else lines[:4]
+        pose = np.array([[float(number) for number in row] for row in rows]).reshape(4, 4)
+    except OSError as error:
+        raise UsageError(f"--align: {path} cannot be read: {error.strerror or error}") from None
+    except ValueError:
+        raise FormatError(f"{path}: holds no pose", hint="sixteen numbers, in one line or in four") from None
+    rigid = np.isfinite(pose).all() and np.abs(pose[:3, :3] @ pose[:3, :3].T - np.eye(3)).max() < 1e-3
+    if not rigid or np.abs(pose[3] - [0, 0, 0, 1]).max() > 1e-6:
+        raise FormatError(f"{path}: the pose is no rotation and shift")
+    return pose

@@ -1,0 +1,148 @@
+"""The options of the commands that evaluate maps: ``cgdb eval mapping``, ``semseg`` and ``graph``."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+from collections.abc import Callable
+from typing import Any
+
+Command = Callable[[Any, str, str, str, str], ArgumentParser]
+
+CLOUDS = """\
+the truth, a labelled cloud:
+  NAME.npz   points (n, 3) metres, in the map's frame; labels (n,) the class of
+             each, -1 none; names (k,) of the classes; instances (n,) the object
+             of each, -1 none; vectors (k, d) of the classes' texts
+  NAME.ply   vertices with x, y, z and label and/or instance (or instance_id,
+             object_id); or faces with object_id, as Replica's mesh_semantic.ply
+  FOLDER     a generated sequence (objects.npz); a scene of Replica or ScanNet
+--names: nyu40 (known for *_vh_clean_2.labels.ply), or a JSON list of names,
+{"number": "name"}, or info_semantic.json (found beside mesh_semantic.ply)"""
+
+GRAPHS = """\
+the truth, a JSON file, or any map that cgdb import reads, taken for the truth:
+  {"objects": [{"id": 1, "names": ["sofa", "couch"],    what it may be called
+                "center": [1.2, 0.4, 0.4], "extent": [2.0, 0.9, 0.8],
+                "rotation": [[..], [..], [..]]}],       or "points", or no box
+   "relations": [{"source": 3, "label": "on", "target": 1}]}
+Boxes are in the map's frame, metres. Without boxes, ids are compared.
+A node is valid where it is an annotated object, right where it is called so
+too. Without a truth: --sheet writes a form, each person fills in a copy, and
+--verdicts counts them; the majority decides."""
+
+
+def add(evaluations: Any, command: Command) -> None:
+    """Add the commands. command: how this program makes one."""
+    _mapping(evaluations, command)
+    _semseg(evaluations, command)
+    _graph(evaluations, command)
+
+
+def _mapping(evaluations: Any, command: Command) -> None:
+    mapping = command(
+        evaluations,
+        "mapping",
+        "evaluate_maps:mapping",
+        "score the objects of maps against the true ones: found, missed, duplicated, pure, complete",
+        "cgdb eval mapping house.cgdb --truth recordings/office\n\n" + CLOUDS,
+    )
+    _common(mapping)
+    _clouds(mapping)
+    mapping.add_argument("--objects", action="store_true", help="list every object, not only what is wrong")
+    mapping.add_argument(
+        "--reach", type=float, default=0.05, metavar="M", help="a point lies on a surface within (0.05)"
+    )
+    mapping.add_argument("--near", type=float, default=0.05, metavar="M", help="a surface is covered within (0.05)")
+    mapping.add_argument(
+        "--seen", type=int, default=3, metavar="N", help="true objects seen in fewer frames are left out (3)"
+    )
+
+
+def _semseg(evaluations: Any, command: Command) -> None:
+    semseg = command(
+        evaluations,
+        "semseg",
+        "evaluate_maps:semseg",
+        "score the classes of points, mAcc and F-mIoU, as the paper's Table II",
+        "cgdb eval semseg replica.cgdb --truth room0=room0.npz office0=office0.npz\n\n" + CLOUDS,
+    )
+    _common(semseg)
+    _clouds(semseg)
+    semseg.add_argument(
+        "--exclude",
+        default="6",
+        help="classes that are not scored: 0, 1, 4 or 6 as the paper's, or names with commas (6)",
+    )
+    semseg.add_argument(
+        "--by", choices=("feature", "tag"), default="feature", help="what tells an object's class (feature)"
+    )
+    semseg.add_argument(
+        "--vocabulary", metavar="FILE", help="the classes' vectors: .npz of names and vectors, or .json and .npy"
+    )
+    semseg.add_argument(
+        "--template", default="an image of {c}", metavar="TEXT", help="a class as text (an image of {c})"
+    )
+    semseg.add_argument("--space", help="the feature space to compare in (clip)")
+    semseg.add_argument(
+        "--encoder", action="append", default=[], metavar="SPACE=ENCODER", help="the encoder of a feature space"
+    )
+    semseg.add_argument(
+        "--classes",
+        choices=("scene", "all"),
+        default="scene",
+        help="candidates: those in the scene's truth, or all (scene)",
+    )
+    semseg.add_argument(
+        "--cloud", default="truth", help="the points that are labelled: truth, map, or a FILE of points (truth)"
+    )
+    semseg.add_argument("--within", type=float, metavar="M", help="nearest points farther away are none (no limit)")
+
+
+def _graph(evaluations: Any, command: Command) -> None:
+    graph = command(
+        evaluations,
+        "graph",
+        "evaluate_graph:graph",
+        "score nodes and edges of scene graphs, against a truth or by people, as the paper's Table I",
+        "cgdb eval graph house.cgdb --truth annotated.json --labels on,in\n"
+        "  cgdb eval graph house.cgdb --sheet form.json\n"
+        "  cgdb eval graph house.cgdb --verdicts ann.json bob.json cem.json\n\n" + GRAPHS,
+    )
+    _common(graph, needed=False)
+    graph.add_argument("--sheet", metavar="FILE", help="write a form for people to fill in")
+    graph.add_argument("--verdicts", nargs="+", metavar="FILE", help="score filled-in forms")
+    graph.add_argument(
+        "--labels", metavar="LABELS", help="relations that count, with commas (the truth's; on,in for --sheet)"
+    )
+    graph.add_argument(
+        "--same", action="append", default=[], metavar="LABEL=OTHER", help="take a label for another (may be repeated)"
+    )
+    graph.add_argument(
+        "--origin", metavar="ORIGINS", help="only edges of these origins: geometry, llm, human, imported"
+    )
+    graph.add_argument("--exclude", metavar="NAMES", help="objects so called do not count, such as wall,floor,ceiling")
+    graph.add_argument("--min-confidence", type=float, default=0.0, metavar="P", help="only edges of at least this (0)")
+    graph.add_argument("--match", choices=("auto", "box", "id"), default="auto", help="how nodes are matched (auto)")
+    graph.add_argument(
+        "--iou", type=float, default=0.25, metavar="P", help="boxes of the same object overlap by (0.25)"
+    )
+    graph.add_argument("--nodes", action="store_true", help="list the verdict on every node")
+
+
+def _common(parser: ArgumentParser, *, needed: bool = True) -> None:
+    parser.add_argument("stores", nargs="+", metavar="STORE")
+    parser.add_argument(
+        "--truth",
+        nargs="+",
+        required=needed,
+        metavar="[SCENE=]PATH",
+        help="the truth of each scene; without SCENE= it is found by its name",
+    )
+    parser.add_argument("--scene", action="append", help="this scene only (may be repeated)")
+    parser.add_argument("--json", action="store_true", help="all figures as JSON")
+    parser.add_argument("--quiet", action="store_true", help="no notes")
+
+
+def _clouds(parser: ArgumentParser) -> None:
+    parser.add_argument("--names", metavar="FILE", help="what the truth's class numbers are called")
+    parser.add_argument("--align", metavar="FILE", help="a pose (4 x 4) that brings the truth into the map's frame")
