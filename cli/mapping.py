@@ -222,6 +222,7 @@ def _detector(options: Namespace, recording: Recording) -> Detector:
 
 def _parameters(options: Namespace) -> Mapping:
     from cgdb.ingest.mapping.associate import Association
+    from cgdb.ingest.mapping.fuse import VIEWS
     from cgdb.ingest.mapping.mapper import Mapping
     from cgdb.ingest.mapping.tidy import Tidying
 
@@ -231,8 +232,13 @@ def _parameters(options: Namespace) -> Mapping:
         raise UsageError("--stride must be at least 1, --start and --every at least 0")
     if options.min_detections < 1:
         raise UsageError("--min-detections must be at least 1")
+    pictures = options.crops != "none"
+    if pictures and not (options.crops.isascii() and options.crops.isdigit() and 1 <= int(options.crops[:9]) <= 50):
+        raise UsageError(f"--crops takes a number from 1 to 50, or none, not '{options.crops[:40]}'")
     return Mapping(
         voxel=options.voxel,
+        views=int(options.crops) if pictures else VIEWS,
+        crops=pictures,
         background=options.background,
         association=Association(
             spatial=options.spatial, semantic=options.semantic, threshold=options.threshold, bias=options.bias

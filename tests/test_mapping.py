@@ -141,11 +141,8 @@ def test_background_is_one_object_each_or_none_or_as_others() -> None:
 def test_best_views_are_those_with_most_points() -> None:
     mapper = mapped()
     for obj in mapper.scene("room").objects:
-        points = obj.properties["view_points"]
-        boxes = obj.properties["view_boxes"]
-        assert isinstance(points, tuple) and isinstance(boxes, tuple)
-        assert len(points) == 10 and list(points) == sorted(points, reverse=True)  # type: ignore[type-var]
-        assert len(boxes) == 40
+        points = [view.points for view in obj.views]
+        assert len(points) == 10 == obj.properties["n_views"] and points == sorted(points, reverse=True)
 
 
 def test_memory_does_not_grow_with_the_number_of_frames() -> None:

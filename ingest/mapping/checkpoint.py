@@ -13,7 +13,7 @@ from cgdb.errors import FormatError, StoreError, UsageError
 from cgdb.ingest.mapping.mapper import Mapper, Mapping
 from cgdb.ingest.mapping.voxels import COLUMNS, SLOTS
 
-VERSION = 1
+VERSION = 2
 
 
 def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
@@ -31,6 +31,7 @@ def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
     arrays: dict[str, Any] = {name: getattr(mapper.voxels, name)[: mapper.voxels.count] for name in COLUMNS}
     arrays["free"] = mapper.voxels.free
     arrays.update({f"space:{name}": sums for name, sums in mapper.objects.sums().items()})
+    arrays.update(mapper.objects.sights())
     try:
         with half.open("wb") as file:
             np.savez(file, state=np.frombuffer(json.dumps(state).encode(), np.uint8), **arrays)
@@ -77,6 +78,6 @@ def _fill(mapper: Mapper, state: dict[str, Any], arrays: dict[str, Any]) -> None
         raise ValueError
     mapper.voxels.fill(columns, arrays["free"])
     mapper.objects.fill(
-        state["objects"], {name[6:]: values for name, values in arrays.items() if name.startswith("space:")}
+        state["objects"], {name[6:]: values for name, values in arrays.items() if name.startswith("space:")}, arrays
     )
     mapper.frames, mapper.detections = int(state["frames"]), int(state["detections"])

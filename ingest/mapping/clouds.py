@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from cgdb.ingest.mapping.lift import pieces
 from cgdb.ingest.mapping.upright import upright_box
-from cgdb.scene import FeatureSpace, PropertyValue, SceneGraph, SceneObject
+from cgdb.scene import FeatureSpace, PropertyValue, SceneGraph, SceneObject, View
 
 if TYPE_CHECKING:
+    from cgdb.ingest.mapping.crops import Crops
     from cgdb.ingest.mapping.fuse import MapObject
     from cgdb.ingest.mapping.mapper import Mapper
     from cgdb.ingest.mapping.voxels import Voxels
@@ -36,7 +37,7 @@ def scene_of(
         if obj.n < how.least_detections or len(rows) < how.least_voxels:
             continue
         features = {space: values[at] for space, values in units.items() if values is not None and values[at].any()}
-        made.append(scene_object(obj, rows, mapper.voxels, features, up))
+        made.append(scene_object(obj, rows, mapper.voxels, features, up, mapper.objects.crops))
     spaces = tuple(
         FeatureSpace(name=space, dimension=d, encoder=encoder) for space, d in mapper.objects.spaces().items()
     )
@@ -92,19 +93,21 @@ def _thinned(owner: NDArray[np.int32], rows: NDArray[np.intp], voxels: Voxels) -
 
 
 def scene_object(
-    obj: MapObject, rows: NDArray[np.intp], voxels: Voxels, features: dict[str, NDArray[np.float32]], up: str
+    obj: MapObject,
+    rows: NDArray[np.intp],
+    voxels: Voxels,
+    features: dict[str, NDArray[np.float32]],
+    up: str,
+    crops: Crops,
 ) -> SceneObject:
     """One object of the map as the store takes it."""
     points = voxels.mean_points(rows)
     center, extent, rotation = upright_box(points, up)
-    views = sorted(obj.views, reverse=True)
     properties: dict[str, PropertyValue] = {
         "background": obj.background,
         "first_frame": obj.first,
         "last_frame": obj.last,
-        "view_frames": tuple(float(view.frame) for view in views),
-        "view_points": tuple(float(view.points) for view in views),
-        "view_boxes": tuple(side for view in views for side in view.box),
+        "n_views": len(obj.views),
     }
     return SceneObject(
         id=obj.id,
@@ -119,4 +122,15 @@ def scene_object(
         n_observations=obj.n,
         confidence=min(1.0, max(0.0, obj.confidence / obj.n)),
         properties=properties,
+        views=tuple(
+            View(
+                frame=one.frame,
+                points=one.points,
+                box=one.box,
+                T_world_camera=one.pose,
+                image=None if one.crop is None else crops.get(one.crop),
+                source=one.name or None,
+            )
+            for one in sorted(obj.views, reverse=True)
+        ),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cgdb.errors import FormatError
 from cgdb.ingest.detections.detections import Detections
 from cgdb.ingest.frames.recording import Frame
+from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Crops, crop, packed
 from cgdb.ingest.mapping.lift import Lifted
 from cgdb.ingest.mapping.voxels import Ints, Voxels
 
@@ -21,13 +22,19 @@ VIEWS = 10
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class View:
-    """A sighting of an object, ordered by how many voxels of it were seen free of noise."""
+class Sighting:
+    """A detection of an object, ordered by how many voxels of it were seen free of noise.
+
+    box: left, top, right, bottom in pixels of the frame as it was mapped. pose: (4, 4) float64 T_world_camera.
+    crop: its number among the crops, None without.
+    """
 
     points: int
     frame: int
     box: tuple[float, float, float, float]
-    """Left, top, right, bottom; pixels of the frame as it was mapped."""
+    name: str = field(compare=False)
+    pose: NDArray[np.float64] = field(compare=False)
+    crop: int | None = field(compare=False, default=None)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -43,7 +50,7 @@ class MapObject:
     n: int = 0
     confidence: float = 0.0
     labels: Counter[str] = field(default_factory=Counter)
-    views: list[View] = field(default_factory=list)
+    views: list[Sighting] = field(default_factory=list)
 
     @property
     def label(self) -> str:
@@ -54,8 +61,11 @@ class MapObject:
 class Objects:
     """The objects, by position, and the sums of their features as matrices that grow with them."""
 
-    def __init__(self, *, renormalise: bool = False) -> None:
+    def __init__(self, *, renormalise: bool = False, views: int = VIEWS, crops: bool = True) -> None:
+        """views: the best sightings that are kept of each. crops: whether they are kept as pictures too."""
         self.all: list[MapObject] = []
+        self.crops = Crops()
+        self._views, self._with_crops = views, crops
         self._born = 0
         self._renormalise = renormalise
         self._sums: dict[str, NDArray[np.float32]] = {}
@@ -139,9 +149,21 @@ class Objects:
         obj.last = frame.index
         np.minimum(obj.low, lifted.low[k], out=obj.low)
         np.maximum(obj.high, lifted.high[k], out=obj.high)
-        left, top, right, bottom = found.xyxy[source].tolist()
-        view = View(int(lifted.points[k]), frame.index, (left, top, right, bottom))
-        (heapq.heappush if len(obj.views) < VIEWS else heapq.heappushpop)(obj.views, view)
+        self._see(obj, int(lifted.points[k]), frame, _within(found.xyxy[source], frame))
+
+    def _see(self, obj: MapObject, points: int, frame: Frame, box: tuple[float, float, float, float]) -> None:
+        """Keep a sighting if it is among the best; only then is it worth a picture."""
+        sighting = Sighting(points, frame.index, box, frame.name, frame.T_world_camera)
+        full = len(obj.views) >= self._views
+        if full and (not obj.views or sighting <= obj.views[0]):
+            return
+        if self._with_crops:
+            picture = crop(frame, box, LONGEST_OF_ROOM if obj.background else LONGEST)
+            sighting = replace(sighting, crop=self.crops.keep(picture))
+        if full:
+            self.crops.drop(heapq.heapreplace(obj.views, sighting).crop)
+        else:
+            heapq.heappush(obj.views, sighting)
 
     def _add_feature(self, space: str, at: int, feature: NDArray[np.float32], n: int) -> None:
         if space not in self._sums:
@@ -168,9 +190,26 @@ class Objects:
         """{space: (n, d) the sums of the features}."""
         return {name: sums[: len(self.all)] for name, sums in self._sums.items()}
 
-    def fill(self, record: dict[str, Any], sums: dict[str, NDArray[np.float32]]) -> None:
-        """Become what to_record and sums told of."""
-        self.all = [_object_of(value) for value in record["all"]]
+    def sights(self) -> dict[str, NDArray[Any]]:
+        """The poses (m, 4, 4) and crops of all sightings, in the order of to_record; a crop that is none is empty."""
+        seen = [sighting for obj in self.all for sighting in obj.views]
+        data, ends = packed([b"" if one.crop is None else self.crops.get(one.crop) for one in seen])
+        return {"poses": np.array([one.pose for one in seen]).reshape(-1, 4, 4), "crops": data, "crop_ends": ends}
+
+    def fill(
+        self, record: dict[str, Any], sums: dict[str, NDArray[np.float32]], sights: dict[str, NDArray[Any]]
+    ) -> None:
+        """Become what to_record, sums and sights told of."""
+        poses, data, ends = sights["poses"], sights["crops"], sights["crop_ends"].tolist()
+        if poses.shape != (len(ends), 4, 4) or [0, *ends] != sorted([0, *ends]) or (ends and ends[-1] != len(data)):
+            raise ValueError("sightings that do not fit each other")
+        if len(ends) != sum(len(value["views"]) for value in record["all"]):
+            raise ValueError("sightings of another number of objects")
+        self.crops = Crops()
+        pictures = (data[start:end].tobytes() for start, end in zip([0, *ends[:-1]], ends, strict=True))
+        numbers = (self.crops.keep(picture) if picture else None for picture in pictures)
+        sights_of = zip(poses, numbers, strict=True)
+        self.all = [_object_of(value, sights_of) for value in record["all"]]
         self._born = int(record["born"])
         self._background = {str(label): int(at) for label, at in record["background"].items()}
         self._sums = {name: np.ascontiguousarray(values, np.float32) for name, values in sums.items()}
@@ -181,6 +220,9 @@ class Objects:
     def merge(self, into: NDArray[np.intp], voxels: Voxels) -> None:
         """Fold each object i into object into[i] (itself: it stays; -1: it goes), here and in the voxels."""
         stays = np.flatnonzero(into == np.arange(len(self.all)))
+        for i in np.flatnonzero(into < 0).tolist():
+            for sighting in self.all[i].views:
+                self.crops.drop(sighting.crop)
         for i in np.flatnonzero((into != np.arange(len(self.all))) & (into >= 0)).tolist():
             self._absorb(self.all[into[i]], self.all[i])
             for sums in self._sums.values():
@@ -194,16 +236,26 @@ class Objects:
         self._make_room(max(64, 2 * len(stays)))
         self._background = {label: int(names[at]) for label, at in self._background.items() if names[at] >= 0}
 
-    @staticmethod
-    def _absorb(kept: MapObject, gone: MapObject) -> None:
+    def _absorb(self, kept: MapObject, gone: MapObject) -> None:
         kept.low = np.minimum(kept.low, gone.low)
         kept.high = np.maximum(kept.high, gone.high)
         kept.first, kept.last = min(kept.first, gone.first), max(kept.last, gone.last)
         kept.n += gone.n
         kept.confidence += gone.confidence
         kept.labels.update(gone.labels)
-        kept.views = heapq.nlargest(VIEWS, [*kept.views, *gone.views])
+        both = sorted([*kept.views, *gone.views], reverse=True)
+        for sighting in both[self._views :]:
+            self.crops.drop(sighting.crop)
+        kept.views = both[: self._views]
         heapq.heapify(kept.views)
+
+
+def _within(box: NDArray[np.float32], frame: Frame) -> tuple[float, float, float, float]:
+    """A detector's box (4,) as left, top, right, bottom inside the frame, whatever the file made of it."""
+    height, width = frame.depth.shape
+    left, right = sorted(np.clip(box[0::2], 0, width).tolist())
+    top, bottom = sorted(np.clip(box[1::2], 0, height).tolist())
+    return left, top, right, bottom
 
 
 def _features(found: Detections) -> Iterator[tuple[str, NDArray[np.float32]]]:
@@ -231,14 +283,17 @@ def _record_of(obj: MapObject) -> dict[str, Any]:
         "low": obj.low.tolist(),
         "high": obj.high.tolist(),
         "labels": dict(obj.labels),
-        "views": [asdict(view) for view in obj.views],
+        "views": [[one.points, one.frame, one.box, one.name] for one in obj.views],
     }
 
 
-def _object_of(value: dict[str, Any]) -> MapObject:
-    """The object of plain values."""
-    views = [View(v["points"], v["frame"], tuple(v["box"])) for v in value["views"]]
-    heapq.heapify(views)
+def _object_of(value: dict[str, Any], sights: Iterator[tuple[NDArray[np.float64], int | None]]) -> MapObject:
+    """The object of plain values. sights: pose and crop of each of its sightings, and then of others'."""
+    seen = [
+        Sighting(int(points), int(frame), tuple(box), str(name), *next(sights))
+        for points, frame, box, name in value["views"]
+    ]
+    heapq.heapify(seen)
     return MapObject(
         id=int(value["id"]),
         low=np.array(value["low"], np.int32),
@@ -249,5 +304,5 @@ def _object_of(value: dict[str, Any]) -> MapObject:
         n=int(value["n"]),
         confidence=float(value["confidence"]),
         labels=Counter({str(name): int(count) for name, count in value["labels"].items()}),
-        views=views,
+        views=seen,
     )

@@ -12,7 +12,7 @@ from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping import tidy
 from cgdb.ingest.mapping.associate import Association, associate
 from cgdb.ingest.mapping.clouds import scene_of
-from cgdb.ingest.mapping.fuse import Objects, claims
+from cgdb.ingest.mapping.fuse import VIEWS, Objects, claims
 from cgdb.ingest.mapping.lift import Lifting, lift
 from cgdb.ingest.mapping.voxels import Voxels
 from cgdb.scene import SceneGraph
@@ -23,12 +23,15 @@ class Mapping:
     """All that a map depends on besides its input; the same input and the same of this give the same map.
 
     voxel: metres. background: walls, floor and ceiling become one object each ("merge"), are left out ("skip"), or are
-    objects as others are ("objects"). renormalise: the reference's variant of the mean feature.
+    objects as others are ("objects"). renormalise: the reference's variant of the mean feature. views: the best
+    sightings that are kept of each object; crops: with a picture of each.
     """
 
     voxel: float = 0.025
     background: Literal["merge", "skip", "objects"] = "merge"
     renormalise: bool = False
+    views: int = VIEWS
+    crops: bool = True
     selection: Selection = field(default_factory=Selection)
     lifting: Lifting = field(default_factory=Lifting)
     association: Association = field(default_factory=Association)
@@ -46,7 +49,7 @@ class Mapper:
         self.how = how or Mapping()
         self._selection = replace(self.how.selection, skip_background=self.how.background == "skip")
         self.voxels = Voxels(self.how.voxel)
-        self.objects = Objects(renormalise=self.how.renormalise)
+        self.objects = Objects(renormalise=self.how.renormalise, views=self.how.views, crops=self.how.crops)
         self.frames = 0
         self.detections = 0
         self._cared = self._newest = -1
