@@ -18,7 +18,8 @@ from benchmarks.judged import Bench, outcome, recall, split
 from cgdb.meaning import background, everyday
 from cgdb.meaning.embed import Encoder, text_encoder
 from cgdb.meaning.knowledge import knowledge
-from cgdb.meaning.scoring import Calibration, Evidence, Meaning, Scorer, Space, contrast, contrast_others
+from cgdb.meaning.contrast import contrast, contrast_others
+from cgdb.meaning.scoring import Calibration, Evidence, Meaning, Scorer, Space
 from cgdb.meaning.texts import TextIndex
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "degrees.json").read_text("utf-8"))

@@ -863,6 +863,9 @@ SCALES = (
 )
 """Traits of which a thing has one, in order: the next one on the scale is half right."""
 
+RELATIVE = ("light", "tiny")
+"""The scales, by their first traits, that a caption uses in proportion: a small table is small for a table."""
+
 COLORS = ("white", "black", "gray", "brown", "red", "blue", "green", "yellow", "orange", "pink", "purple", "colorful")
 """Traits that only the map can tell: a shirt is of some colour, and its caption says which."""
 
@@ -873,3 +876,8 @@ MATERIALS = (
 
 CONSUMABLES = ("food", "drink", "toiletry", "cleaning product", "medicine", "paper product")
 """Things that are bought in packages, which are called by them: a juice carton, a tissue box."""
+
+
+def lines(table: str) -> list[str]:
+    """The lines of a table, those that go on joined to the one before."""
+    return table.replace("\n    ", " ").splitlines()

@@ -11,62 +11,31 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.meaning import everyday
+from cgdb.meaning.contrast import log_odds, probability
+from cgdb.meaning.facets import Facets, facets
 from cgdb.meaning.lexicon import (
     ADJECTIVES,
-    BRANDS,
-    CLAUSE_STARTS,
     COMMON_WORDS,
-    DETERMINERS,
-    FUNCTION_WORDS,
-    GENERIC_HEADS,
     HEAPS,
     IRREGULAR,
-    NOUNS_TOO,
     PACKAGES,
     PARTITIVES,
-    PLACE_HEADS,
 )
-from cgdb.meaning.uses import Frame, Matches, Uses, frame, noun_runs, synonyms
-from cgdb.meaning.words import parse, singular, stem, tokens
+from cgdb.meaning.traits import KIN, LONGEST_NAME, MAYBE, NO, UNKNOWN, YES, likeness, names_of_traits, places, usual
+from cgdb.meaning.uses import Frame, Matches, Uses, noun_runs
+from cgdb.meaning.words import singular, stem, stemmed
 
 Floats = NDArray[np.float32]
 
-YES, MOSTLY, MAYBE, UNKNOWN, KIN, NO = 0.95, 0.8, 0.42, 0.35, 0.15, 0.05
-"""Degrees of a fact of the table: said outright, nearly so, may well be, not told, a sister kind, said otherwise."""
+STATED = 0.75
+"""Share of what is stated in a degree that what is usual has a say in."""
 
-Form = Literal["kind", "name", "use", "traits"]
-
-LONGEST_NAME = 4
-"""Words in the longest name of a thing or trait."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Facets:
-    """What a text asks.
-
-    form: what it is mostly about: a "kind" of thing that the table has, a "name" that it lacks ("IKEA"), a "use", or
-    nothing but "traits". kinds: things (indices) of which it must be one kind, traits it must have, what is left over.
-
-    rest: the text that neither names a kind nor a trait and has to be matched by meaning; None where nothing is left.
-    doing: the rest read as a use.
-    arguments: things that the use is done to ("take a laptop apart"): mentioned, and not what is looked for.
-    named: the words (singular) by which the kinds are named; what is left of the text are its particulars.
-    """
-
-    form: Form
-    kinds: tuple[int, ...] = ()
-    traits: tuple[int, ...] = ()
-    rest: str | None = None
-    doing: Frame | None = None
-    arguments: tuple[int, ...] = ()
-    named: frozenset[str] = frozenset()
+_SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,7 +44,9 @@ class Knowledge:
 
     names: (m,) first names; the first n_lines are the lines of the table, their kinds follow. is_a: (m, m) bool,
     is_a[i, j] = thing i is a thing j (itself included); parents: (m, m) bool, its direct kinds.
-    traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j.
+    traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j. alike: (t, t), the degree
+    to which what is said to have trait j has trait i; follows: (t, t) bool, where one only follows from another.
+    scales: the traits that lie on a scale, in order; places: (s, m) float32 where on each a thing is, NaN untold.
     uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing.
     doing: the uses read as frames. consumables: (m,) what is bought in packages. vocabulary, nouns: the words that
     names are made of, and those that they end with.
@@ -88,6 +59,9 @@ class Knowledge:
     traits: tuple[str, ...]
     has: Floats
     alike: Floats
+    follows: NDArray[np.bool_]
+    scales: tuple[tuple[int, ...], ...]
+    places: Floats
     uses: tuple[str, ...]
     use_of: NDArray[np.int32]
     doing: Uses
@@ -104,16 +78,16 @@ class Knowledge:
 
     def things_named(self, phrase: str) -> tuple[int, ...]:
         """The things whose name the phrase ends with, by the longest such name ("white coffee table": coffee table)."""
-        stems = _stems(phrase)
+        stems = stemmed(phrase)
         # "A pile of clothes" and "clothes pile", "chair" and "chair 12" are called the same.
-        while len(stems) > 1 and (stems[-1].isdigit() or (stems[-1] in HEAPS and self._name_start(stems) < 0)):
+        while len(stems) > 1 and (stems[-1].isdigit() or (stems[-1] in HEAPS and self.name_start(stems) < 0)):
             stems = stems[:-1]
-        start = self._name_start(stems)
+        start = self.name_start(stems)
         return self.thing_by_name[stems[start:]] if start >= 0 else ()
 
     def contents_named(self, phrase: str) -> tuple[int, ...]:
         """The things that a package is named by ("juice carton"): who looks for juice looks for that."""
-        stems = _stems(phrase)
+        stems = stemmed(phrase)
         if len(stems) < 2 or stems[-1] not in PACKAGES:
             return ()
         return tuple(i for i in self.things_named(" ".join(stems[:-1])) if self.consumables[i])
@@ -184,19 +158,19 @@ class Knowledge:
 
     def stated(self, phrase: str) -> int:
         """The traits that a head phrase says of its object ("red wooden chair"), as a bit mask."""
-        stems = _stems(phrase)
+        stems = stemmed(phrase)
         # The noun itself is no trait: a "glass" is not "of glass" by its name, an orange is orange by nature; nor is
         # "light" in the name "light switch".
         end = len(stems) - 1 if len(stems) > 1 else 1
         mask = 0
-        for trait in self.traits_in(stems[: max(self._name_start(stems), 0)])[0]:
+        for trait in self.traits_in(stems[: max(self.name_start(stems), 0)])[0]:
             mask |= 1 << trait
         for trait in self.traits_in(stems[:end])[0]:
             if self.traits[trait] != "light":
                 mask |= 1 << trait
         return mask
 
-    def _name_start(self, stems: tuple[str, ...]) -> int:
+    def name_start(self, stems: tuple[str, ...]) -> int:
         """Where the longest name of a thing that ends the stems begins; -1 where none does."""
         for start in range(max(0, len(stems) - LONGEST_NAME), len(stems)):
             if stems[start:] in self.thing_by_name:
@@ -205,54 +179,7 @@ class Knowledge:
 
     def facets(self, text: str) -> Facets:
         """Split a question into kind, traits and the rest."""
-        parsed = parse(text)
-        words = [t for t in tokens(text) if t[0].isalnum()]
-        if parsed.generic or not parsed.heads:
-            return self._of_generic(words)
-        kinds: list[int] = []
-        traits: list[int] = []
-        names: set[str] = set()
-        for phrase in parsed.heads:
-            stems = _stems(phrase)
-            named = self.things_named(phrase)
-            if named and not BRANDS.intersection(stems):
-                kinds.extend(named)
-                names.update(stems[self._name_start(stems) :])
-                traits.extend(self.traits_in(stems[: self._name_start(stems)])[0])
-            else:
-                said, left = self.traits_in([s for s in stems if s not in FUNCTION_WORDS])
-                if not left:
-                    traits.extend(said)
-        traits.extend(self._said_after(words))
-        if kinds or traits:
-            form: Form = "kind" if kinds else "traits"
-            return Facets(
-                form=form,
-                kinds=tuple(dict.fromkeys(kinds)),
-                traits=tuple(dict.fromkeys(traits)),
-                named=frozenset(names),
-            )
-        if words and words[0] in ("to", "for") and len(words) > 1:
-            return self._of_generic(words)
-        verb = bool(words) and stem(words[0]) in self.doing.verbs
-        if verb:
-            return self._of_generic(words)
-        return Facets(form="name", rest=text)
-
-    def _said_after(self, words: Sequence[str]) -> list[int]:
-        """The traits said behind the noun: "shoes made of leather", "a lamp in red", "a chair that is soft"."""
-        found: list[int] = []
-        for at, word in enumerate(words[:-1]):
-            opens = (word in ("of", "from") and at > 0 and words[at - 1] in ("made", "out")) or (
-                word in ("is", "are") and at > 0 and words[at - 1] in ("that", "which")
-            )
-            colour = word == "in" and at > 0
-            if not (opens or colour):
-                continue
-            stems = _stems(" ".join(words[at + 1 : at + 4]))
-            said, _ = self.traits_in(stems[:1] if colour or len(stems) == 1 else stems[:2])
-            found.extend(t for t in said if opens or self.traits[t] in everyday.COLORS)
-        return found
+        return facets(self, text)
 
     def describe(self, facets: Facets) -> dict[str, object]:
         """The facets for a person: {"kind": [...], "traits": [...], "use": text}, without the empty ones."""
@@ -262,68 +189,6 @@ class Knowledge:
             "use": facets.rest,
         }
         return {name: value for name, value in found.items() if value}
-
-    def _of_generic(self, words: Sequence[str]) -> Facets:
-        """The facets of "something light to sit on": adjectives after the empty head are traits, what follows a use."""
-        at = 0
-        place = False
-        while at < len(words) and (words[at] in GENERIC_HEADS or words[at] in DETERMINERS):
-            place |= words[at] in PLACE_HEADS
-            at += 1
-        traits: list[int] = []
-        while at < len(words):
-            if words[at] == "made" and words[at + 1 : at + 2] in (["of"], ["from"]):
-                at += 2
-                continue
-            if words[at] in _FILLERS:
-                at += 1
-                continue
-            for length in range(min(LONGEST_NAME, len(words) - at), 0, -1):
-                trait = self.trait_by_name.get(tuple(singular(w) for w in words[at : at + length]))
-                if trait is not None:
-                    break
-            else:
-                break
-            traits.append(trait)
-            at += length
-        rest = words[at:]
-        informative = [w for w in rest if w not in FUNCTION_WORDS]
-        text = " ".join(rest)
-        doing = frame(text, place=place) if informative else None
-        if doing is not None and rest[0] not in CLAUSE_STARTS and not any(map(self._is_verb, doing.verbs)):
-            doing = None
-        return Facets(
-            form="use" if informative or not traits else "traits",
-            traits=tuple(dict.fromkeys(traits)),
-            rest=text if informative else None,
-            doing=doing,
-            arguments=self._arguments(rest, doing),
-        )
-
-    def _is_verb(self, word: str) -> bool:
-        return word in self.doing.verbs or synonyms(word) != {word}
-
-    def _arguments(self, words: Sequence[str], doing: Frame | None) -> tuple[int, ...]:
-        """Things that something is done to ("cut paper"), or that are named as countable ("a laptop", "books")."""
-        found: list[int] = []
-        for run in noun_runs(doing.object_words if doing is not None else ()):
-            for start, end in combinations(range(len(run) + 1), 2):
-                # "To add light" asks for lights; "gold" and "silver" are no things either.
-                if run[end - 1] not in NOUNS_TOO:
-                    found.extend(self.thing_by_name.get(run[start:end], ()))
-        for end in range(1, len(words) + 1):
-            stems = tuple(singular(w) for w in words[max(0, end - LONGEST_NAME) : end])
-            start = self._name_start(stems)
-            if start < 0:
-                continue
-            at = end - (len(stems) - start)
-            before = words[max(0, at - 3) : at]
-            plural = words[end - 1].endswith("s") and singular(words[end - 1]) != words[end - 1]
-            if not {"as", "like"} & set(before) and (plural or any(w in DETERMINERS for w in before)):
-                found.extend(self.thing_by_name[stems[start:]])
-        if {"as", "like"} & set(words):
-            return ()
-        return tuple(dict.fromkeys(found))
 
     def kind_degrees(self, kinds: Sequence[int]) -> Floats:
         """(m,) degree of each thing to be of one of the kinds: sharp, because that is what "other than" is about."""
@@ -340,7 +205,7 @@ class Knowledge:
         """How each use (u) goes with what is asked, by their words."""
         kin: dict[str, frozenset[str]] = {}
         for run in noun_runs(asked.object_words):
-            start = self._name_start(run)
+            start = self.name_start(run)
             if start >= 0:
                 kinds = np.flatnonzero(self.is_a[list(self.thing_by_name[run[start:]])].any(axis=0))
                 kin[stem(run[-1])] = frozenset(stem(self.names[i].split()[-1]) for i in kinds.tolist())
@@ -356,50 +221,30 @@ class Knowledge:
         """(n,) degree of rows to have a trait, by what the map states of them and what is usual for their things.
 
         masks[which]: (n,) the stated traits; there are few different ones. usual: (n,) NaN where nothing is known. What
-        is stated on the same scale decides.
+        is stated of the trait itself decides; what is relative to the thing (a heavy book weighs less than a bed) or
+        only follows from what is stated (glass breaks) leans on what is usual.
         """
-        best = np.full(len(masks), np.nan, dtype=np.float32)
+        firm = np.full(len(masks), np.nan, dtype=np.float32)
+        leaning = firm.copy()
+        relative = any(trait in scale for scale in self.scales if self.traits[scale[0]] in everyday.RELATIVE)
         for other in np.flatnonzero(np.isfinite(self.alike[trait])).tolist():
             says = masks & np.uint64(1 << other) != 0
-            best = np.where(says, np.fmax(best, self.alike[trait, other]), best)
-        stated = best[which]
-        return np.where(np.isfinite(stated), stated, usual)
+            into = leaning if relative or self.follows[trait, other] else firm
+            into[says] = np.fmax(into[says], self.alike[trait, other])
+        told, follows = firm[which], leaning[which]
+        pooled = probability(STATED * log_odds(follows) + (1 - STATED) * log_odds(usual))
+        guessed = np.where(np.isfinite(pooled), pooled, np.where(np.isfinite(follows), follows, usual))
+        return np.where(np.isfinite(told), told, guessed)
 
 
-_DAMPED = {
-    ("light", "fixed"): 0.4, ("light", "large"): 0.7, ("light", "huge"): 0.5, ("light", "medium"): 0.95,
-    ("heavy", "small"): 0.7, ("heavy", "medium"): 0.9, ("heavy", "large"): 0.97,
-    ("small", "heavy"): 0.8, ("small", "middling"): 0.95, ("small", "fixed"): 0.95,
-    ("large", "light"): 0.85, ("soft", "electric"): 0.5,
-}  # fmt: skip
-"""Traits weigh on each other: a window blind weighs little, but nobody asks for it as "something light"."""
-_IMPLIED = {
-    "stone": "rigid -soft heavy -light -transparent",
-    "ceramic": "rigid -soft -transparent",
-    "metal": "rigid -soft -transparent",
-    "wood": "rigid -soft -transparent",
-    "glass": "rigid -soft transparent fragile",
-    "fabric": "soft -rigid -transparent",
-    "small": "-heavy",
-    "tiny": "-heavy light",
-}
-"""What a stated trait says of others ("a ceramic bird" is not soft); a minus says that it is not so."""
-_SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
 _HUMP = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
-_FILLERS = frozenset(
-    ("very", "really", "quite", "so", "too", "extremely", "rather", "fairly", "that", "is", "are", "which", "and")
-)
-
-
-def _stems(phrase: str) -> tuple[str, ...]:
-    return tuple(singular(t.removesuffix("'s")) for t in tokens(phrase) if t[0].isalnum() and t not in DETERMINERS)
 
 
 @lru_cache(maxsize=1)
 def knowledge() -> Knowledge:
     """The compiled table; made at the first call (a few milliseconds) and shared."""
-    traits, trait_by_name = _traits()
-    lines = [[part.strip() for part in line.split("|")] for line in _lines(everyday.TABLE)]
+    traits, trait_by_name = names_of_traits()
+    lines = [[part.strip() for part in line.split("|")] for line in everyday.lines(everyday.TABLE)]
     groups = [[_names(group) for group in line[0].split(";")] for line in lines]
     # The things of the lines come first, then their kinds: the lines are the background.
     all_names = [own[0] for own in groups] + [names for own in groups for names in own[1:]]
@@ -430,13 +275,14 @@ def knowledge() -> Knowledge:
                     own.append(traits[trait])
             taken |= {group[traits[t]] for t in said[parent] if traits[t] in group}
         said[i] = [traits.index(t) for t in dict.fromkeys(own)]
-    alike = _alike(traits)
+    alike, follows = likeness(traits)
+    scales, where = places(traits, said)
     uses = tuple(dict.fromkeys(use for found in uses_of for use in found))
     number = {use: i for i, use in enumerate(uses)}
     thing_by_name: dict[tuple[str, ...], tuple[int, ...]] = {}
     for i, names in enumerate(all_names):
         for name in names:
-            key = _stems(name)
+            key = stemmed(name)
             if i not in thing_by_name.get(key, ()):
                 thing_by_name[key] = (*thing_by_name.get(key, ()), i)
     words = frozenset(word for key in thing_by_name for word in key if len(word) > 2)
@@ -446,8 +292,11 @@ def knowledge() -> Knowledge:
         is_a=is_a,
         parents=direct,
         traits=traits,
-        has=_has(traits, said, alike),
+        has=usual(traits, said, alike),
         alike=alike,
+        follows=follows,
+        scales=scales,
+        places=where,
         uses=uses,
         doing=Uses.of(uses),
         consumables=np.asarray(is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1)),
@@ -462,27 +311,12 @@ def knowledge() -> Knowledge:
 
 def _version() -> str:
     """Of what the table says, however its lines are wrapped."""
-    lines = [*_lines(everyday.TABLE), *_lines(everyday.TRAITS)]
+    lines = [*everyday.lines(everyday.TABLE), *everyday.lines(everyday.TRAITS)]
     return hashlib.sha256("\n".join(" ".join(line.split()) for line in lines).encode()).hexdigest()[:16]
 
 
 def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
-
-
-def _lines(table: str) -> list[str]:
-    return table.replace("\n    ", " ").splitlines()
-
-
-def _traits() -> tuple[tuple[str, ...], dict[tuple[str, ...], int]]:
-    names: list[str] = []
-    by_name: dict[tuple[str, ...], int] = {}
-    for line in _lines(everyday.TRAITS):
-        name, _, words = line.partition(":")
-        for word in words.split(","):
-            by_name.setdefault(_stems(word), len(names))
-        names.append(name)
-    return tuple(names), by_name
 
 
 def _parents_first(parents: Sequence[Sequence[int]]) -> list[int]:
@@ -497,46 +331,3 @@ def _parents_first(parents: Sequence[Sequence[int]]) -> list[int]:
     for i in range(len(parents)):
         visit(i)
     return list(done)
-
-
-def _alike(traits: tuple[str, ...]) -> Floats:
-    """(t, t): the degree to which a thing has the row's trait when it is said to have the column's; NaN: unrelated."""
-    alike = np.full((len(traits), len(traits)), np.nan, dtype=np.float32)
-    for scale in everyday.SCALES:
-        places = [traits.index(t) for t in scale]
-        for a, asked in enumerate(places):
-            for b, said in enumerate(places):
-                # Beyond is included at the ends: what is huge is large, what is tiny is small.
-                beyond = len(scale) > 3 and ((a > 2 and b > a) or (a < 2 and b < a))
-                alike[asked, said] = YES if a == b else MOSTLY if beyond else UNKNOWN if abs(a - b) == 1 else NO
-    for family in (everyday.COLORS, everyday.MATERIALS):
-        for one in family:
-            for other in family:
-                alike[traits.index(one), traits.index(other)] = YES if one == other else NO
-    for material, implied in _IMPLIED.items():
-        for trait in implied.split():
-            firm, sure = trait.removeprefix("-"), NO if trait.startswith("-") else YES
-            alike[traits.index(firm), traits.index(material)] = sure
-    for i in range(len(traits)):
-        alike[i, i] = YES
-    return alike
-
-
-def _has(traits: tuple[str, ...], said: Sequence[Sequence[int]], alike: Floats) -> Floats:
-    """(m, t): the degree to which each thing usually has each trait; NaN where the table cannot know (colours)."""
-    own = np.zeros((len(said), len(traits)), dtype=bool)
-    for i, found in enumerate(said):
-        own[i, found] = True
-    has = np.where(own, YES, NO).astype(np.float32)
-    for scale in everyday.SCALES:
-        places = [traits.index(t) for t in scale]
-        if len(places) > 1:
-            told = own[:, places].any(axis=1)
-            for t in places:
-                near = np.where(own[:, places], alike[t, places], -np.inf).max(axis=1)
-                has[:, t] = np.where(own[:, t], YES, np.where(told, near, np.nan))
-    for t in (traits.index(color) for color in everyday.COLORS):
-        has[:, t] = np.where(own[:, t], MOSTLY, np.nan)
-    for (asked, said_too), factor in _DAMPED.items():
-        has[own[:, traits.index(said_too)], traits.index(asked)] *= factor
-    return has

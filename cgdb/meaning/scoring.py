@@ -22,8 +22,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.meaning.knowledge import MOSTLY, UNKNOWN, Facets, Knowledge, knowledge
+from cgdb.meaning.contrast import contrast, contrast_others, log_odds, normalised, probability, unit
+from cgdb.meaning.facets import Facets
+from cgdb.meaning.grading import Grades
+from cgdb.meaning.knowledge import Knowledge, knowledge
 from cgdb.meaning.texts import Source, TextIndex
+from cgdb.meaning.traits import MOSTLY, UNKNOWN
 from cgdb.meaning.words import head_phrase, query_words
 
 Floats = NDArray[np.float32]
@@ -149,6 +153,8 @@ class Calibration:
     part: float = 5.0
     verb: float = 2.0
     rival: float = 0.6
+    grade: float = 0.5
+    guess: float = 0.8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -256,6 +262,7 @@ class Scorer:
         self._calibration = calibration or Calibration()
         self._embeddings = embeddings
         self._background = background
+        self._grades = None if background is None else Grades(self._known, background[: len(self._known.names)])
         self._image_rows: dict[str, NDArray[np.int64]] = {}
         self._images: dict[str, tuple[Floats, Floats, _TextBackground | None]] = {}
         for name, space in (spaces or {}).items():
@@ -285,10 +292,10 @@ class Scorer:
         asks = None if meaning.text is None else self._known.facets(meaning.text)
         background: Floats | None = None
         if meaning.vector is not None and self._embeddings is not None:
-            query = _unit(meaning.vector)
+            query = unit(meaning.vector)
             background = None if self._background is None else self._background @ query
             parts["caption"] = self._text_part(view, "caption", query, background)
-            head = query if meaning.head is None else _unit(meaning.head)
+            head = query if meaning.head is None else unit(meaning.head)
             names = None if self._background is None else self._background[: self._known.n_lines] @ head
             parts["name"] = self._text_part(view, "name", head, names)
         if asks is not None:
@@ -296,7 +303,7 @@ class Scorer:
             parts["words"] = self._words_part(view, meaning.text or "", asks)
         for name, vector in meaning.features.items():
             if name in self._images:
-                parts[f"image:{name}"] = self._image_part(view, name, _unit(vector))
+                parts[f"image:{name}"] = self._image_part(view, name, unit(vector))
         return Evidence(
             keys=view.keys, degree=self._fused(view, parts, meaning, asks), parts=parts, meaning=meaning, asks=asks
         )
@@ -310,7 +317,7 @@ class Scorer:
         why: dict[str, object] = {"degree": round(float(evidence.degree[row]), 3), "evidence": said}
         place = int(np.searchsorted(self.keys, key))
         if evidence.meaning.vector is not None and self._embeddings is not None:
-            query = _unit(evidence.meaning.vector)
+            query = unit(evidence.meaning.vector)
             for name, lists in self._all.texts.items():
                 ids = lists.of_row(place)
                 cosines = self._embeddings[ids] @ query
@@ -318,7 +325,7 @@ class Scorer:
                     why[name] = self.index.texts[int(ids[int(np.nanargmax(cosines))])]
         if evidence.asks is not None:
             things = self._all.things.of_row(place)
-            why["known_as"] = [self._known.names[i] for i in things.tolist()]
+            why["known_as"] = [self._known.names[i % len(self._known.names)] for i in things.tolist()]
             why["asked"] = self._known.describe(evidence.asks)
         return why
 
@@ -352,7 +359,7 @@ class Scorer:
         self._images[name] = (space.vectors, lengths, against)
 
     def _things(self) -> _Lists:
-        """The things of the table that each row is called; for names it lacks, the nearest by embedding."""
+        """The things of the table that each row is called; for names that it lacks the nearest, numbered behind all."""
         facts = self.index.facts
         rows, things = facts.thing_rows, facts.thing_ids
         if self._embeddings is not None and self._background is not None and len(facts.unknown_rows):
@@ -363,8 +370,14 @@ class Scorer:
             nearest = cosines.argmax(axis=1)
             chosen = (cosines[np.arange(len(texts)), nearest] >= NEAR_ENOUGH)[where]
             rows = np.concatenate([rows, facts.unknown_rows[chosen]])
-            things = np.concatenate([things, nearest[where][chosen].astype(np.int32)])
+            guessed = nearest[where][chosen] + len(self._known.names)
+            things = np.concatenate([things, guessed.astype(np.int32)])
         return _Lists.of(len(self.keys), rows, things)
+
+    def _of_things(self, view: _View, of_thing: Floats) -> Floats:
+        """(n,) the best of each row's things; what is only guessed to be one of the table is less surely so."""
+        doubted = probability(np.float32(self._calibration.guess) * log_odds(of_thing))
+        return view.things.best(np.concatenate([of_thing, doubted]))
 
     def _narrowed(self, keys: NDArray[np.int64]) -> _View:
         place = np.minimum(np.searchsorted(self.keys, keys), max(len(self.keys) - 1, 0))
@@ -431,7 +444,7 @@ class Scorer:
         use = asks.rest is not None and (background is not None or asks.form == "use")
         if asks.kinds:
             of_thing = of_thing * known.kind_degrees(asks.kinds)
-            called = view.things.best(of_thing)
+            called = self._of_things(view, of_thing)
             # "A red can of cola" is a can by its name; that it is cola is said in its text.
             said = self.index.words.degrees(" ".join(sorted(asks.named))) >= 0.5
             said = said if view.rows is None else said[view.rows]
@@ -439,16 +452,23 @@ class Scorer:
         if use:
             of_thing = of_thing * self._use_degrees(asks, background)
         if use:
-            part = view.things.best(of_thing)
+            part = self._of_things(view, of_thing)
         elif asks.kinds:
             part = np.asarray(spoken, dtype=np.float32)
         for trait in asks.traits:
-            usual = view.things.best(known.has[:, trait])
+            usual = self._of_things(view, self._usual(trait))
             degree = known.trait_degrees(trait, view.masks, view.stated, usual)
             # What nobody tells is left out where it is all that is asked, and is even chance beside a kind or a use.
             untold = np.where(np.isfinite(degree), degree, np.float32(0.5))
             part = np.where(np.isfinite(part), part * untold, degree)
         return part
+
+    def _usual(self, trait: int) -> Floats:
+        """(m,) the degree to which each thing usually has a trait, told apart within the classes of the table."""
+        degree: Floats = self._known.has[:, trait]
+        if self._grades is None:
+            return degree
+        return probability(log_odds(degree) + np.float32(self._calibration.grade) * self._grades.lean(trait))
 
     def _use_degrees(self, asks: Facets, background: Floats | None) -> Floats:
         """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name.
@@ -494,7 +514,7 @@ class Scorer:
             weight = self._calibration.weight[form].get(name.partition(":")[0], 0.0)
             if weight:
                 has = np.isfinite(part)
-                total += np.float32(weight) * _log_odds(np.where(has, part, 0.5))
+                total += np.float32(weight) * log_odds(np.where(has, part, 0.5))
                 mass += np.float32(weight) * has
         pooled = total / (mass + np.float32(DOUBT))
         words = parts.get("words")
@@ -508,47 +528,9 @@ class Scorer:
             pooled = np.where(spoken, told, pooled)
         if asks is not None and asks.arguments:
             is_argument = np.asarray(self._known.is_a[:, list(asks.arguments)].any(axis=1), dtype=np.float32)
-            mentioned = np.nan_to_num(view.things.best(is_argument), nan=0.0)
+            mentioned = np.nan_to_num(view.things.best(np.tile(is_argument, 2)), nan=0.0)
             pooled = pooled - np.float32(self._calibration.argument) * mentioned
         degree = 1.0 / (1.0 + np.exp(-pooled))
         # Of a thing that has texts, but none that tells, one may doubt; what has no evidence at all does not fit.
         silent = np.where(view.told, np.float32(UNKNOWN), np.float32(0.0))
         return np.where((mass > 0) | spoken, degree, silent).astype(np.float32)
-
-
-def contrast(cosines: Floats, background: Floats) -> Floats:
-    """How many standard deviations each cosine lies above those of the background with the same question."""
-    if len(background) == 0:
-        return np.zeros_like(cosines)
-    spread = max(float(background.std()), 1e-3)
-    return np.asarray((cosines - np.float32(background.mean())) / np.float32(spread), dtype=np.float32)
-
-
-def contrast_others(cosines: Floats) -> Floats:
-    """How many standard deviations each cosine lies above those of all the others: the scene is its own background.
-
-    Leaving each out of its own background matters in small scenes, where one right answer would move the mean.
-    """
-    n = len(cosines)
-    if n < 3:
-        return np.zeros_like(cosines)
-    x = cosines.astype(np.float64)
-    mean = (x.sum() - x) / (n - 1)
-    variance = np.maximum((np.square(x).sum() - np.square(x)) / (n - 1) - np.square(mean), 0.0)
-    return np.asarray((x - mean) / np.maximum(np.sqrt(variance), 0.02), dtype=np.float32)
-
-
-def normalised(vectors: Floats) -> Floats:
-    """Rows scaled to length 1, float32; zero rows stay zero."""
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0), dtype=np.float32)
-
-
-def _unit(vector: Floats) -> Floats:
-    unit: Floats = normalised(np.asarray(vector, dtype=np.float32)[None])[0]
-    return unit
-
-
-def _log_odds(degree: Floats) -> Floats:
-    clipped = np.clip(degree, 1e-3, 1.0 - 1e-3)
-    return np.asarray(np.log(clipped / (1.0 - clipped)), dtype=np.float32)

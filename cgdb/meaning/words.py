@@ -141,6 +141,11 @@ def tokens(text: str) -> list[str]:
     return _TOKEN.findall(folded)
 
 
+def stemmed(phrase: str) -> tuple[str, ...]:
+    """The words of a name without articles, singular: the form under which names of things and traits are kept."""
+    return tuple(singular(t.removesuffix("'s")) for t in tokens(phrase) if t[0].isalnum() and t not in DETERMINERS)
+
+
 @lru_cache(maxsize=16384)
 def parse(text: str) -> Parse:
     """Find the head phrase of a caption, a tag or a question, and the role of each word in it.
