@@ -1,9 +1,10 @@
 """A machine that reads pickles and can do nothing else: it imports nothing and calls only what `pickled` lists.
 
 Python's own unpickler resolves names and calls what it found; a filter in front of it has to be right every time.
-This one is a stack machine over the documented opcodes in which REDUCE, NEWOBJ, INST and OBJ reach `pickled.find`'s
-functions and no others. It is iterative, so depth costs no stack; lengths are read piece by piece, so a length that
-the file does not hold costs no memory; steps are counted, so a small file cannot unfold into endless objects.
+This one is a stack machine over the documented opcodes in which REDUCE, NEWOBJ, INST and OBJ reach the functions that
+`pickled.find`, or its caller's `find`, gives and no others. It is iterative, so depth costs no stack; lengths are read
+piece by piece, so a length that the file does not hold costs no memory; steps are counted, so a small file cannot
+unfold into endless objects.
 """
 
 from __future__ import annotations
@@ -27,14 +28,22 @@ CHUNK = 1 << 20
 SMALL = 1024
 
 
-def load(file: BinaryIO, *, size: int = 0) -> Any:
-    """The value of a pickle. size: bytes of the file on disk. FormatError when it is cut off, damaged or hostile."""
-    return _Machine(file, MOST_STEPS + STEPS_PER_BYTE * size).run()
+Find = Callable[[str, str], Global]
+"""What a pickle gets for a module and a name; FormatError for what it may not have."""
+
+
+def load(file: BinaryIO, *, size: int = 0, find: Find = pickled.find) -> Any:
+    """The value of a pickle. size: bytes of the file on disk. FormatError when it is cut off, damaged or hostile.
+
+    find: what the pickle may ask for, where that is more than a map's.
+    """
+    return _Machine(file, MOST_STEPS + STEPS_PER_BYTE * size, find).run()
 
 
 class _Machine:
-    def __init__(self, file: BinaryIO, most_steps: int) -> None:
+    def __init__(self, file: BinaryIO, most_steps: int, find: Find) -> None:
         self._file = file
+        self._find = find
         self._left = most_steps
         self._stack: list[Any] = []
         self._marks: list[list[Any]] = []
@@ -129,7 +138,7 @@ class _Machine:
     def push_global(self, module: Any, name: Any) -> None:
         if not isinstance(module, str) or not isinstance(name, str):
             raise FormatError("refused: the pickle asks for something that has no name")
-        self.push(pickled.find(module, name))
+        self.push(self._find(module, name))
 
     def call(self, function: Any, arguments: Any) -> None:
         if not isinstance(function, Global) or not isinstance(arguments, tuple):

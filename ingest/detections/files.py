@@ -6,8 +6,6 @@ are pickles, which are read by the machine that calls nothing, with masks let th
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError, UsageError, did_you_mean
-from cgdb.ingest import gunzip, strict_json
+from cgdb.ingest import arrays, gunzip, strict_json
 from cgdb.ingest.detections import frame_pickles as detection_pickles
 from cgdb.ingest.detections.coco import CocoFile
 from cgdb.ingest.detections.detections import Detections, checked
 from cgdb.ingest.frames import pictures, poses
 from cgdb.ingest.frames.recording import Frame
 
-LARGEST_ARRAY = 2 << 30
 DEFAULT_ENCODER = "open_clip:ViT-H-14:laion2b_s32b_b79k"
 
 
@@ -119,16 +116,9 @@ def _arrays(folder: Path) -> Callable[[Frame], Detections]:
 def arrays_of(path: Path) -> dict[str, NDArray[Any]]:
     """The arrays of a .npz file; never objects."""
     try:
-        # numpy leaves a file open that it opened and could not read.
-        with path.open("rb") as file, zipfile.ZipFile(file) as packed:
-            if sum(part.file_size for part in packed.infolist()) > LARGEST_ARRAY:
-                raise FormatError(f"{path.name}: unfolds to more than {LARGEST_ARRAY >> 30} GB")
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
-            return {name: held[name] for name in held.files}
+        return arrays.of_archive(path)
     except FileNotFoundError as error:
         raise FormatError(f"{path.name}: there are no detections for this frame") from error
-    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
-        raise FormatError(f"{path.name}: the detections are damaged") from error
 
 
 def _class_names(folder: Path) -> list[str]:
@@ -206,20 +196,20 @@ def _of_record(value: Mapping[Any, Any], path: Path) -> Detections:
         return checked(np.zeros((0, 1, 1), np.bool_), where=path.name)
     if not isinstance(mask, np.ndarray):
         raise FormatError(f"{path.name}: the masks are no array")
-    arrays = {
+    held = {
         key: found if isinstance(found := value.get(key), np.ndarray) else None
         for key in ("xyxy", "confidence", "image_feats", "text_feats")
     }
-    if arrays["image_feats"] is None or not arrays["image_feats"].size:
+    if held["image_feats"] is None or not held["image_feats"].size:
         raise FormatError(f"{path.name}: the detections have no image features")
     return checked(
         mask,
         where=path.name,
-        xyxy=arrays["xyxy"],
-        confidence=arrays["confidence"],
+        xyxy=held["xyxy"],
+        confidence=held["confidence"],
         labels=_labels(value.get("class_id"), value.get("classes"), len(mask), path),
-        features=arrays["image_feats"],
-        text_features=arrays["text_feats"],
+        features=held["image_feats"],
+        text_features=held["text_feats"],
     )
 
 

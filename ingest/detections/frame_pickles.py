@@ -20,22 +20,15 @@ LARGEST_MASKS = 4 << 30
 
 def load(file: BinaryIO, *, size: int) -> Any:
     """The value of a pickle, masks included. size: bytes on disk. FormatError where it is damaged or hostile."""
-    return _DetectionMachine(file, pickles.MOST_STEPS + pickles.STEPS_PER_BYTE * size).run()
+    return pickles.load(file, size=size, find=_find)
 
 
-class _DetectionMachine(pickles._Machine):
-    def push_global(self, module: Any, name: Any) -> None:
-        if isinstance(module, str) and isinstance(name, str):
-            if module.startswith("PIL."):
-                self.push(Global("PIL picture", lambda arguments: Inert("PIL picture")))
-                return
-            if name == "_reconstruct" and module in ("numpy.core.multiarray", "numpy._core.multiarray"):
-                self.push(Global(f"{module}.{name}", _array))
-                return
-            if name == "_frombuffer" and module in ("numpy.core.numeric", "numpy._core.numeric"):
-                self.push(Global(f"{module}.{name}", _from_buffer))
-                return
-        super().push_global(module, name)
+def _find(module: str, name: str) -> Global:
+    """What a map's pickle may have, with pictures let pass and arrays that may be masks."""
+    if module.startswith("PIL."):
+        return Global("PIL picture", lambda arguments: Inert("PIL picture"))
+    build = _ARRAYS.get((module, name))
+    return pickled.find(module, name) if build is None else Global(f"{module}.{name}", build)
 
 
 def _array(arguments: tuple[Any, ...]) -> Any:
@@ -73,3 +66,10 @@ def _mask(data: Any, shape: tuple[Any, ...], order: Any) -> Any:
         raise FormatError(f"the pickle holds masks of shape {shape} in {len(content):,} bytes")
     # A byte that is neither 0 nor 1 would make a bool array that breaks numpy's rules.
     return np.frombuffer(content, np.uint8).reshape(shape, order=order) != 0
+
+
+_ARRAYS = {
+    **{(f"numpy.{core}.multiarray", "_reconstruct"): _array for core in ("core", "_core")},
+    **{(f"numpy.{core}.numeric", "_frombuffer"): _from_buffer for core in ("core", "_core")},
+}
+"""How numpy's pickles make arrays, in its old and new modules."""

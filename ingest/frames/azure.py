@@ -7,7 +7,7 @@ from pathlib import Path
 from cgdb.errors import FormatError
 from cgdb.ingest import strict_json
 from cgdb.ingest.frames import poses
-from cgdb.ingest.frames.folder import COLOR, DEPTH, files, key_of, shot
+from cgdb.ingest.frames.folder import COLOR, DEPTH, Fellows, files, shot
 from cgdb.ingest.frames.recording import Recording
 from cgdb.ingest.frames.redwood import poses_of_log
 
@@ -25,7 +25,7 @@ def read(root: Path) -> Recording:
     else:
         found = list(poses_of_log(root / "poses_global_dvo.log").values())
     colors = files(root / "color", COLOR)
-    depths = {key_of(path): path for path in files(root / "depth", DEPTH)}
+    depths = Fellows(files(root / "depth", DEPTH))
     if len(found) != len(colors):
         raise FormatError(f"{root}: {len(colors)} colour pictures but {len(found)} poses")
     lens, size, note = poses.intrinsics(607.4, 607.4, 639.6, 366.3), (1280, 720), "intrinsics: a usual camera's"
@@ -37,7 +37,7 @@ def read(root: Path) -> Recording:
         layout="azure",
         root=root,
         shots=[
-            shot(path, depths.get(key_of(path), root / "depth" / path.with_suffix(".png").name), pose)
+            shot(path, depths.of(path) or root / "depth" / path.with_suffix(".png").name, pose)
             for path, pose in zip(colors, found, strict=True)
         ],
         K=lens,

@@ -11,7 +11,7 @@ import numpy as np
 
 from cgdb.errors import FormatError
 from cgdb.ingest.frames import poses
-from cgdb.ingest.frames.folder import COLOR, DEPTH, files, key_of, shot
+from cgdb.ingest.frames.folder import COLOR, DEPTH, Fellows, files, shot
 from cgdb.ingest.frames.recording import Recording
 
 
@@ -28,15 +28,14 @@ def read(root: Path) -> Recording:
         raise FormatError(f"{table}: has {values.size} numbers, which is no multiple of 12")
     # The last row is 0 0 0 1: with another number in its corner every point would be divided by it.
     found = [np.vstack([rows, [0.0, 0.0, 0.0, 1.0]]) for rows in values.reshape(-1, 3, 4)]
-    colors, depths = files(root / "rgb", COLOR), files(root / "depth", DEPTH)
-    by_key = {key_of(path): path for path in depths}
+    colors, depths = files(root / "rgb", COLOR), Fellows(files(root / "depth", DEPTH))
     if len(found) < len(colors):
         raise FormatError(f"{root}: {len(colors)} colour pictures but {len(found)} poses")
     return Recording(
         layout="icl",
         root=root,
         shots=[
-            shot(path, by_key.get(key_of(path), root / "depth" / path.name), poses.from_left_handed(pose))
+            shot(path, depths.of(path) or root / "depth" / path.name, poses.from_left_handed(pose))
             for path, pose in zip(colors, found, strict=False)
         ],
         K=poses.intrinsics(481.2, 480.0, 319.5, 239.5),

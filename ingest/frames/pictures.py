@@ -1,22 +1,28 @@
-"""Colour and depth pictures from files: decoding, checks, and depth in metres."""
+"""Colour and depth pictures from files or bytes: decoding, checks, and depth in metres."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError, MissingExtraError
+from cgdb.ingest import arrays
+from cgdb.ingest.frames import exr
 
-LARGEST_FILE = 256 << 20
 MOST_PIXELS = 64 << 20
 
 
-def color(path: Path) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8 RGB of a picture file. FormatError where it is damaged or none."""
-    with _opened(path) as picture:
+def color(path: Path, file: BinaryIO | None = None) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8 RGB of a picture file. FormatError where it is damaged or none.
+
+    file: what the picture is read from, where path only names it.
+    """
+    with _opened(path, file) as picture:
         try:
             return np.asarray(picture if picture.mode == "RGB" else picture.convert("RGB"), dtype=np.uint8)
         except (OSError, ValueError, SyntaxError) as error:
@@ -24,9 +30,11 @@ def color(path: Path) -> NDArray[np.uint8]:
 
 
 def raw(path: Path) -> NDArray[Any]:
-    """(h, w) numbers of a one-channel picture (8 or 16 bits, or float) or of a .npy file, as they are stored."""
+    """(h, w) numbers of a one-channel picture (8 or 16 bits, or float), .npy or .exr file, as they are stored."""
     if path.suffix == ".npy":
-        return array(path)
+        return arrays.of_file(path)
+    if path.suffix == ".exr":
+        return exr.read(path, MOST_PIXELS)
     with _opened(path) as picture:
         try:
             values = np.asarray(picture)
@@ -45,24 +53,18 @@ def depth(path: Path, scale: float, invalid_above: float) -> NDArray[np.float32]
         raise FormatError(f"{path.name}: the depth is damaged or none", hint=error.hint) from error
     if values.ndim == 3 and values.shape[2] == 1:
         values = values[:, :, 0]
-    if values.ndim != 2 or values.dtype.kind not in "uif":
+    if values.ndim != 2 or values.dtype.kind not in "uif" or values.size > MOST_PIXELS:
         raise FormatError(f"{path.name}: the depth has shape {values.shape}, expected (height, width)")
-    metres = values.astype(np.float32)
-    metres *= np.float32(1.0 / scale)
-    with np.errstate(invalid="ignore"):
-        metres[~((metres > 0) & (metres < invalid_above))] = 0.0
-    return metres
+    return metres(values, scale, invalid_above)
 
 
-def array(path: Path) -> NDArray[Any]:
-    """The array of a .npy file; never one of objects."""
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise FormatError(f"{path.name}: is larger than {LARGEST_FILE >> 20} MB")
-        values: NDArray[Any] = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise FormatError(f"{path.name}: is no array that can be read") from error
-    return values
+def metres(values: NDArray[Any], scale: float, invalid_above: float) -> NDArray[np.float32]:
+    """(h, w) float32 m of depth in units of which scale are a metre."""
+    made = values.astype(np.float32)
+    with np.errstate(invalid="ignore", over="ignore"):
+        made *= np.float32(1.0 / scale)
+        made[~((made > 0) & (made < invalid_above))] = 0.0
+    return made
 
 
 def resized(rgb: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
@@ -79,10 +81,18 @@ def size_of(path: Path) -> tuple[int, int]:
         return int(picture.size[0]), int(picture.size[1])
 
 
-def _opened(path: Path) -> Any:
+def size_of_any(paths: Iterable[Path]) -> tuple[int, int] | None:
+    """(width, height) of the first picture that can be read; None where none can."""
+    for path in paths:
+        with contextlib.suppress(FormatError):
+            return size_of(path)
+    return None
+
+
+def _opened(path: Path, file: BinaryIO | None = None) -> Any:
     image = _pillow()
     try:
-        picture = image.open(path)
+        picture = image.open(path if file is None else file)
     except FileNotFoundError as error:
         raise FormatError(f"{path.name}: is not there") from error
     except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
@@ -120,11 +121,33 @@ def check_intrinsics(lens: Matrix, size: tuple[int, int], where: str) -> None:
         )
 
 
+def doubts(lens: Matrix, size: tuple[int, int]) -> list[str]:
+    """What is odd, if not impossible, about a camera matrix for pictures of (width, height)."""
+    fx, fy, cx, cy = lens[0, 0], abs(lens[1, 1]), lens[0, 2] / size[0], lens[1, 2] / size[1]
+    found = []
+    if max(fx, fy) > 1.2 * min(fx, fy):
+        found.append(f"the focal lengths fx {fx:.6g} and fy {fy:.6g} differ: are pixels not square?")
+    if max(abs(cx - 0.5), abs(cy - 0.5)) > 0.15:
+        found.append(f"the principal point lies at {cx:.0%} and {cy:.0%} of the picture, far from its middle")
+    angle = float(np.degrees(2 * np.arctan2(size[0] / 2, fx)))
+    if angle > 120 or angle < 20:
+        found.append(f"the camera sees an angle of {angle:.0f} degrees")
+    return found
+
+
+def column_major(value: object, side: int, where: str) -> Matrix:
+    """(side, side) of a list of numbers that goes column by column, as Apple's matrices do."""
+    if isinstance(value, list) and len(value) == side * side and all(type(v) in (int, float) for v in value):
+        with contextlib.suppress(OverflowError):
+            return np.array(value, np.float64).reshape(side, side).T
+    raise FormatError(f"{where}: must be a list of {side * side} numbers")
+
+
 def open3d_intrinsics(value: object, where: str) -> tuple[Matrix, tuple[int, int]]:
     """(K, (width, height)) of Open3D's camera JSON, whose matrix goes column by column."""
     if isinstance(value, dict):
         listed, width, height = value.get("intrinsic_matrix"), value.get("width"), value.get("height")
         good = isinstance(listed, list) and len(listed) == 9 and all(isinstance(v, (int, float)) for v in listed)
         if good and isinstance(width, int) and isinstance(height, int):
-            return np.array(listed, dtype=np.float64).reshape(3, 3).T, (width, height)
+            return column_major(listed, 3, where), (width, height)
     raise FormatError(f"{where}: must hold width, height and an intrinsic_matrix of 9 numbers")

@@ -7,7 +7,7 @@ z) in metres. Poses bring such points into a right-handed map frame; each layout
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -23,13 +23,17 @@ LAYOUTS: dict[str, str] = {
     "replica": "cgdb.ingest.frames.replica",
     "scannet": "cgdb.ingest.frames.scannet",
     "ai2thor": "cgdb.ingest.frames.ai2thor",
+    "r3d": "cgdb.ingest.frames.r3d",
     "record3d": "cgdb.ingest.frames.record3d",
+    "realsense": "cgdb.ingest.frames.realsense",
+    "multiscan": "cgdb.ingest.frames.multiscan",
     "azure": "cgdb.ingest.frames.azure",
     "icl": "cgdb.ingest.frames.icl",
     "tum": "cgdb.ingest.frames.tum",
     "redwood": "cgdb.ingest.frames.redwood",
     "7scenes": "cgdb.ingest.frames.seven_scenes",
     "hm3d": "cgdb.ingest.frames.hm3d",
+    "hm3d-openeqa": "cgdb.ingest.frames.hm3d_openeqa",
     "plain": "cgdb.ingest.frames.plain",
 }
 """{layout: the module that reads it}. When nobody says which, the first whose files are there; plain asks for least."""
@@ -37,7 +41,9 @@ LAYOUTS: dict[str, str] = {
 LARGEST_SIDE = 8192
 SMALLEST_SIDE = 16
 LARGEST_DEPTH = 100.0
-"""Metres. Beyond it no RGB-D camera measures; a median above it means a wrong scale."""
+"""Metres. Beyond it no RGB-D camera measures; a median above half of it means a wrong scale."""
+USUAL_DEPTHS = (0.25, 12.0)
+"""Metres between which the middle depth of a frame indoors lies."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,7 +65,10 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shot:
-    """A frame that has not been read yet. pose None: missing or impossible, `fault` says which."""
+    """A frame that has not been read yet. pose None: missing or impossible, `fault` says which.
+
+    lens: the camera matrix (3, 3) of this frame, where it is not the recording's.
+    """
 
     name: str
     color: Path
@@ -67,6 +76,19 @@ class Shot:
     pose: NDArray[np.float64] | None
     timestamp: float | None = None
     fault: str = "no pose"
+    lens: NDArray[np.float64] | None = None
+
+
+Pixels = Callable[[Shot, float, float], tuple[NDArray[np.uint8], NDArray[np.float32]]]
+"""Reads a shot, given units of depth per metre and the metres from which depth means nothing: rgb (h, w, 3), and depth
+(h, w) in metres, whose sizes may differ. FormatError where it is damaged."""
+
+
+def pixels_of_files(
+    shot: Shot, depth_scale: float, invalid_above: float
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """The pictures of a shot whose paths are files."""
+    return pictures.color(shot.color), pictures.depth(shot.depth, depth_scale, invalid_above)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,7 +96,8 @@ class Recording:
     """What a layout module found: the shots in order, and how their files are to be read.
 
     K belongs to pictures of size (width, height), or of whatever size they have where that is None. depth_scale:
-    units of a depth file per metre. invalid_above: metres from which on depth means nothing.
+    units of a depth file per metre. invalid_above: metres from which on depth means nothing. skipped: why frames could
+    not be used, and how many; doubts: what looks wrong and was used nevertheless.
     """
 
     layout: str
@@ -86,7 +109,9 @@ class Recording:
     invalid_above: float = LARGEST_DEPTH
     up: str = "z"
     notes: tuple[str, ...] = ()
+    pixels: Pixels = pixels_of_files
     skipped: Counter[str] = field(default_factory=Counter)
+    doubts: Counter[str] = field(default_factory=Counter)
 
     def frames(
         self, *, start: int = 0, end: int | None = None, stride: int = 1, size: tuple[int, int] | None = None
@@ -120,13 +145,17 @@ class Recording:
             self.skipped[shot.fault] += 1
             return None
         try:
-            rgb = pictures.color(shot.color)
-            depth = pictures.depth(shot.depth, self.depth_scale, self.invalid_above)
-            rgb, depth, lens = fit(rgb, depth, self.K, self.size, size)
-            check_depth(depth)
+            rgb, depth = self.pixels(shot, self.depth_scale, self.invalid_above)
+            lens = self.K if shot.lens is None else shot.lens
+            if shot.lens is not None and self.size is not None:
+                poses.check_intrinsics(lens, self.size, "frame")
+            rgb, depth, lens = fit(rgb, depth, lens, self.size, size)
+            doubt = check_depth(depth)
         except FormatError as error:
             self.skipped[error.message.partition(": ")[2] or error.message] += 1
             return None
+        if doubt is not None:
+            self.doubts[doubt] += 1
         return Frame(
             index=index,
             name=shot.name,
@@ -147,8 +176,8 @@ def open_recording(
 ) -> Recording:
     """The recording in a folder; layout: one of LAYOUTS, else found by the files there.
 
-    lens: the camera matrix (3, 3), and depth_scale: instead of what the layout says. FormatError where it is of no
-    layout, or makes no sense.
+    path may be a file where the layout is one of archives. lens: the camera matrix (3, 3), and depth_scale: instead of
+    what the layout says. FormatError where it is of no layout, or makes no sense.
     """
     root = Path(path)
     if not root.exists():
@@ -159,13 +188,10 @@ def open_recording(
         module: Any = import_module(LAYOUTS[name])
         if layout is not None or module.matches(root):
             found: Recording = module.read(root)
-            return checked(
-                replace(
-                    found,
-                    K=found.K if lens is None else np.asarray(lens, np.float64),
-                    depth_scale=depth_scale or found.depth_scale,
-                )
-            )
+            if lens is not None:
+                shots = [replace(shot, lens=None) for shot in found.shots]
+                found = replace(found, K=np.asarray(lens, np.float64), shots=shots)
+            return checked(found if depth_scale is None else replace(found, depth_scale=depth_scale))
     raise FormatError(f"{root}: is a recording of no known layout", hint=f"known are {', '.join(LAYOUTS)}")
 
 
@@ -179,8 +205,12 @@ def checked(recording: Recording) -> Recording:
         raise FormatError(f"{root}: the intrinsics are no camera matrix", hint="fx and fy in pixels, above 0")
     if not (np.isfinite(recording.depth_scale) and recording.depth_scale > 0):
         raise FormatError(f"{root}: the depth scale must be above 0, not {recording.depth_scale}")
-    if recording.size is not None:
-        poses.check_intrinsics(lens, recording.size, str(root))
+    size = recording.size
+    if size is None:
+        size = pictures.size_of_any(shot.color for shot in recording.shots[:20])
+    if size is not None:
+        poses.check_intrinsics(lens, size, str(root))
+        recording.doubts.update(poses.doubts(lens, size))
     return recording
 
 
@@ -228,8 +258,9 @@ def nearest(picture: NDArray[Any], size: tuple[int, int]) -> NDArray[Any]:
     return taken
 
 
-def check_depth(depth: NDArray[np.float32]) -> None:
-    """FormatError where a depth picture (h, w) in metres measures nothing, or nothing that a room could hold."""
+def check_depth(depth: NDArray[np.float32]) -> str | None:
+    """What is odd about a depth picture (h, w) in metres, or None. FormatError where it measures nothing, or nothing
+    that a building could hold."""
     some = depth[::4, ::4]
     known = some[some > 0]
     if len(known) < 0.01 * some.size:
@@ -237,6 +268,9 @@ def check_depth(depth: NDArray[np.float32]) -> None:
     middle = float(np.median(known))
     if not 0.03 < middle < LARGEST_DEPTH / 2:
         raise FormatError(f"frame: its depth has a median of {middle:.3g} m, which looks like a wrong scale")
+    if not USUAL_DEPTHS[0] <= middle <= USUAL_DEPTHS[1]:
+        return f"the middle depth is not {USUAL_DEPTHS[0]} to {USUAL_DEPTHS[1]:.0f} m; is the depth scale right?"
+    return None
 
 
 def _same_shape(a: tuple[int, int], b: tuple[int, int], what: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from cgdb.errors import FormatError
 from cgdb.ingest.frames import poses
-from cgdb.ingest.frames.folder import COLOR, DEPTH, files, key_of, shot
+from cgdb.ingest.frames.folder import COLOR, DEPTH, Fellows, files, key_of, shot
 from cgdb.ingest.frames.recording import Recording
 
 
@@ -18,7 +18,7 @@ def matches(root: Path) -> bool:
 def read(root: Path) -> Recording:
     """The recording; the line of a frame in traj.txt is its place among the pictures."""
     colors = files(root / "results", COLOR, "frame*")
-    depths = {key_of(path): path for path in files(root / "results", DEPTH, "depth*")}
+    depths = Fellows(files(root / "results", DEPTH, "depth*"))
     lines = poses.rows(root / "traj.txt", 16)
     if len(lines) != len(colors):
         raise FormatError(f"{root}: {len(colors)} colour pictures but {len(lines)} poses in traj.txt")
@@ -26,7 +26,7 @@ def read(root: Path) -> Recording:
         layout="replica",
         root=root,
         shots=[
-            shot(path, depths.get(key_of(path), path.with_name(f"depth{key_of(path)}.png")), line.reshape(4, 4))
+            shot(path, depths.of(path) or path.with_name(f"depth{key_of(path)}.png"), line.reshape(4, 4))
             for path, line in zip(colors, lines, strict=True)
         ],
         K=poses.intrinsics(600.0, 600.0, 599.5, 339.5),

@@ -27,6 +27,6 @@ def read(root: Path) -> Recording:
         root=root,
         shots=shots,
         K=poses.matrix(poses.numbers(poses.text_of(path), str(path)), str(path))[:3, :3].copy(),
-        size=pictures.size_of(shots[0].color) if shots else None,
+        size=pictures.size_of_any(shot.color for shot in shots[:20]),
         depth_scale=1000.0,
     )
