@@ -216,7 +216,10 @@ def _mapping(commands: Any) -> None:
     )
     mapping.add_argument("--min-detections", type=int, default=3, metavar="N", help="fewer is no object (3)")
     mapping.add_argument(
-        "--crops", default="10", metavar="N", help="views of each object that are kept, with pictures; none: without (10)"
+        "--crops",
+        default="10",
+        metavar="N",
+        help="views of each object that are kept, with pictures; none: without (10)",
     )
     mapping.add_argument("--every", type=int, default=100, metavar="N", help="write a revision every N frames (100)")
     mapping.add_argument("--keep-state", action="store_true", help="keep what is needed to map further another day")
@@ -476,6 +479,21 @@ def _store(commands: Any) -> None:
     diff.add_argument("a", type=int, help="the earlier revision")
     diff.add_argument("b", type=int, help="the later revision")
     diff.add_argument("--json", action="store_true", help="as JSON")
+
+    views = _command(
+        commands,
+        "views",
+        "views:views",
+        "list the frames in which objects were seen best, or write the objects cut out of them as pictures",
+        "cgdb views home.cgdb 12 --into pictures",
+    )
+    views.add_argument("store", metavar="STORE")
+    views.add_argument("ids", metavar="ID", nargs="+", help="the object's id")
+    views.add_argument("--scene", help="the scene, where several have the id")
+    views.add_argument("--as-of", metavar="REVISION", help="as of a revision or an ISO time")
+    views.add_argument("-k", type=int, metavar="N", help="the N best only")
+    views.add_argument("--into", metavar="FOLDER", help="where the pictures are written; made where there is none")
+    views.add_argument("--json", action="store_true", help="as JSON")
 
     check = _command(
         commands,

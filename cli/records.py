@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 
     from cgdb.cli.session import Session
     from cgdb.result import StoredNode, StoredRelation
-    from cgdb.scene import ObjectId
+    from cgdb.scene import ObjectId, View
     from cgdb.view import SceneView
 
 MOST_RELATIONS = 40
+MOST_VIEWS = 3
 _AS_OF = re.compile(r"(?:^|\s)as\s+of\s+(.+)$", re.IGNORECASE)
 
 
@@ -64,6 +65,7 @@ def _show_one(session: Session, view: SceneView, node: StoredNode) -> None:
         render.records([record], tuple(record), session.settings["mode"])
         return
     fields = _fields(node)
+    fields += _views(session.db.views(node.id, scene=name, as_of=session.use.as_of))
     inside = _places(view, node)
     if inside:
         fields.append(("in", ", ".join(inside)))
@@ -99,6 +101,20 @@ def _fields(node: StoredNode) -> list[tuple[str, Any]]:
         fields.append(("confidence", f"{node.confidence:.2f}"))
     fields += [(name, value) for name, value in node.properties.items() if value is not None]
     return fields or [("", "nothing more is known of it")]
+
+
+def _views(views: Sequence[View]) -> list[tuple[str, Any]]:
+    """The frames in which it was seen best, a line for each of the first few."""
+    from cgdb.cli.views import box_text, picture_text
+
+    fields: list[tuple[str, Any]] = []
+    for rank, view in enumerate(views[:MOST_VIEWS]):
+        source = f" ({view.source})" if view.source else ""
+        line = f"frame {view.frame}{source}, {view.points} points, {box_text(view)}, picture: {picture_text(view)}"
+        fields.append(("best views" if rank == 0 else "", line))
+    if len(views) > MOST_VIEWS:
+        fields.append(("", f"and {len(views) - MOST_VIEWS} more (cgdb views)"))
+    return fields
 
 
 def _places(view: SceneView, node: StoredNode) -> list[str]:

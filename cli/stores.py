@@ -139,7 +139,9 @@ def export(options: Namespace) -> int:
             if (value := getattr(options, option)) not in (None, False)
         }
         if options.output == "-":
-            scene = db.scene(name, as_of=_moment(options.as_of), skip_damaged=options.skip_damaged)
+            scene = db.scene(
+                name, as_of=_moment(options.as_of), views=form == "cgdb", skip_damaged=options.skip_damaged
+            )
             written = document(scene, form, **chosen)
             render.write("".join(written.pieces).rstrip("\n"))
             notes = written.notes
