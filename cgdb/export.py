@@ -53,7 +53,7 @@ def export(scene: SceneGraph, path: str | os.PathLike[str], format: str | None =
     path = Path(path)
     chosen = format if format is not None else format_of(path)
     written = document(scene, chosen, **options)
-    n_bytes = _write_whole(path, written.pieces)
+    n_bytes = write_whole(path, written.pieces if written.data is None else written.data)
     return Exported(path=path, format=chosen, n_bytes=n_bytes, notes=written.notes)
 
 
@@ -90,8 +90,8 @@ def format_of(path: Path) -> str:
     )
 
 
-def _write_whole(path: Path, pieces: Iterable[str]) -> int:
-    """Write the text beside the file and move it there once it is on the disk; returns the number of bytes.
+def write_whole(path: Path, pieces: Iterable[str] | Iterable[bytes]) -> int:
+    """Write bytes, or text as UTF-8, beside the file and move it there once it is on the disk; the number of bytes.
 
     Whoever reads the path meanwhile, and whoever comes after a crash, sees the old file or the new one.
     """
@@ -100,8 +100,8 @@ def _write_whole(path: Path, pieces: Iterable[str]) -> int:
         mode = _mode_of(path, target)
         temporary = target.parent / f".cgdb-export-{secrets.token_hex(8)}.tmp"
         try:
-            with temporary.open("x", encoding="utf-8", newline="\n") as file:
-                file.writelines(pieces)
+            with temporary.open("xb") as file:
+                file.writelines(piece.encode("utf-8") if isinstance(piece, str) else piece for piece in pieces)
                 file.flush()
                 os.fsync(file.fileno())
                 n_bytes = os.fstat(file.fileno()).st_size

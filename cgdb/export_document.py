@@ -19,9 +19,13 @@ _LONE_SURROGATE = re.compile("[\ud800-\udfff]")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Document:
-    """pieces: the text, in parts, so that a large scene need not be one string. notes: a line per thing left out."""
+    """pieces: the text, in parts, so that a large scene need not be one string. notes: a line per thing left out.
 
-    pieces: Iterable[str]
+    data: instead of the text, where the format is binary.
+    """
+
+    pieces: Iterable[str] = ()
+    data: Iterable[bytes] | None = None
     notes: tuple[str, ...] = ()
 
 

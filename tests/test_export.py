@@ -132,8 +132,8 @@ def test_a_full_disk_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.Monk
     """The operating system's own refusal: the temporary file is the device that is always full."""
 
     def full_open(self: Path, mode: str = "r", *args: Any, **kwargs: Any) -> Any:
-        if mode == "x":
-            return original(Path("/dev/full"), "w", encoding="utf-8")
+        if mode == "xb":
+            return original(Path("/dev/full"), "wb")
         return original(self, mode, *args, **kwargs)
 
     original = Path.open

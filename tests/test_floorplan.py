@@ -12,8 +12,6 @@ from rich.cells import cell_len
 import cgdb
 from cgdb.cli.floorplan import Area, FloorPlan, Mark, axes, draw, plan
 from cgdb.cli.marks import marks_of
-from cgdb.cli.plot import footprint
-from cgdb.geometry import Boxes
 from cgdb.scene import Place, SceneGraph, SceneObject
 from cgdb.testing import store
 
@@ -165,18 +163,3 @@ def test_floors_and_crowds_are_not_shaded() -> None:
     lines = text(flat(things=crowd))
     assert "░" not in "".join(lines)
     assert "".join(lines).count("·") > 20
-
-
-def test_the_outline_of_a_turned_box() -> None:
-    angle = np.pi / 4
-    turned = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
-    boxes = Boxes(
-        centers=np.array([[1.0, 2.0, 0.0], [3.0, 3.0, 3.0]]),
-        extents=np.array([[2.0, 2.0, 1.0], [np.nan] * 3]),
-        rotations=np.stack([turned, np.eye(3)]),
-    )
-    outline = footprint(boxes, 0, (0, 1.0), (1, 1.0))
-    root = np.sqrt(2)
-    expected = {(1 - root, 2.0), (1 + root, 2.0), (1.0, 2 - root), (1.0, 2 + root)}
-    assert {tuple(point) for point in outline.round(5).tolist()} == {(round(x, 5), round(y, 5)) for x, y in expected}
-    assert footprint(boxes, 1, (0, 1.0), (1, 1.0)).tolist() == [[3.0, 3.0]]
