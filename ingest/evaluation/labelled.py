@@ -214,19 +214,24 @@ def _labelled(
     ids, owner = np.unique(instances, return_inverse=True)
     none = int(np.searchsorted(ids, 0))  # negative numbers are no objects
     ids, owner = ids[none:], owner.reshape(-1) - none
-    votes = np.zeros((len(ids), len(told) + 1), np.int64)
-    some = owner >= 0
-    np.add.at(votes, (owner[some], labels[some]), 1)
-    votes[:, -1] -= 1  # of an object of which half is unlabelled the rest decides
-    kinds = votes.argmax(axis=1)
     return LabelledCloud(
         points=points,
         labels=labels,
         names=told,
         owner=np.maximum(owner, -1),
         ids=tuple(ids.tolist()),
-        kinds=np.where(kinds == len(told), -1, kinds),
+        kinds=_most_common(owner, labels, len(ids)),
     )
+
+
+def _most_common(owner: Ints, labels: Ints, count: int) -> Ints:
+    """(count,) the class that most labelled points of each object have, -1 without any."""
+    some = (owner >= 0) & (labels >= 0)
+    pairs, votes = np.unique(np.stack([owner[some], labels[some]], axis=1), axis=0, return_counts=True)
+    found = np.full(count, -1, np.intp)
+    order = np.lexsort((-pairs[:, 1], votes))  # the most, and of equals the first class, comes last
+    found[pairs[order, 0]] = pairs[order, 1]
+    return found
 
 
 def _looked_up(values: Ints, table: Mapping[int, int]) -> Ints:

@@ -35,6 +35,7 @@ REACH = 0.05
 NEAR = 0.05
 LEAST_SEEN = 3
 """Frames in which a true object must have been seen to be one that a map can be asked for."""
+MOST_OBJECTS = 50_000
 ROOM = frozenset({"wall", "walls", "floor", "ceiling", "room", "other", "undefined", "unknown", "unlabeled"})
 """Names of true objects that are no things."""
 
@@ -111,6 +112,10 @@ def truth_of(cloud: LabelledCloud, where: str = "the truth") -> Truth:
         raise FormatError(
             f"{where}: says the class of its points, but not the object, which this needs",
             hint="instances in the .npz, or instance with the vertices of the .ply; eval semseg needs classes only",
+        )
+    if len(cloud.kinds) > MOST_OBJECTS:
+        raise FormatError(
+            f"{where}: names {len(cloud.kinds):,} objects, more than {MOST_OBJECTS:,}; are these instances?"
         )
     names = tuple(cloud.names[kind] if kind >= 0 else "" for kind in cloud.kinds.tolist())
     room = np.array([fold(name) in ROOM for name in names], np.bool_) if cloud.room is None else cloud.room
@@ -196,7 +201,8 @@ def _votes(
 ) -> NDArray[np.int64]:
     """(count, k + 1): how many points of each mapped object lie on each true one, and last on none."""
     _, nearest_true = nearest(points, truth.points, reach)
-    label = np.where(nearest_true >= 0, truth.owner[nearest_true], -1)
+    label = np.full(len(points), -1, np.intp)
+    label[nearest_true >= 0] = truth.owner[nearest_true[nearest_true >= 0]]
     votes = np.zeros((count, len(truth.things) + 1), np.int64)
     np.add.at(votes, (of, label), 1)
     return votes

@@ -1,0 +1,251 @@
+"""Truth files: what is read from them, and strangers' files that are refused in one line."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cgdb.errors import CgdbError, FormatError, UsageError
+from cgdb.ingest.evaluation import ply
+from cgdb.ingest.evaluation.annotated import read_annotated
+from cgdb.ingest.evaluation.labelled import read_labelled
+from cgdb.ingest.evaluation.mapping import truth_of
+from cgdb.ingest.evaluation.names import class_names
+
+HEADER = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+
+
+def ascii_ply(columns: str, rows: str, more: str = "") -> bytes:
+    return f"ply\nformat ascii 1.0\ncomment made here\n{HEADER}{columns}{more}end_header\n{rows}".encode()
+
+
+def binary_ply(order: str, faces: list[tuple[list[int], int]]) -> bytes:
+    name = {"<": "little", ">": "big"}[order]
+    head = (
+        f"ply\nformat binary_{name}_endian 1.0\n{HEADER}property uchar red\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nproperty int object_id\nend_header\n"
+    )
+    body = b"".join(struct.pack(f"{order}fffB", i, 2 * i, 0, 9) for i in range(3))
+    for corners, known in faces:
+        body += struct.pack(f"{order}B{len(corners)}ii", len(corners), *corners, known)
+    return head.encode() + body
+
+
+def written(path: Path, data: bytes | str) -> Path:
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+    return path
+
+
+def test_a_plain_npz(tmp_path: Path) -> None:
+    path = tmp_path / "truth.npz"
+    np.savez(
+        path,
+        points=np.arange(12.0).reshape(4, 3),
+        labels=[1, 1, 0, -1],
+        instances=[7, 7, -1, 3],
+        names=["wall", "chair"],
+        vectors=np.eye(2),
+    )
+    found = read_labelled(path)
+    assert found.names == ("wall", "chair") and found.labels.tolist() == [1, 1, 0, -1]
+    assert found.owner is not None and found.kinds is not None and found.vectors is not None
+    assert found.ids == (3, 7) and found.owner.tolist() == [1, 1, -1, 0] and found.kinds.tolist() == [-1, 1]
+    moved = found.moved(np.array([[0, -1, 0, 10], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]]))
+    np.testing.assert_allclose(moved.points[1], [-4 + 10, 3, 5])
+
+
+def test_a_generated_sequence_knows_its_objects_and_which_are_the_room(tmp_path: Path) -> None:
+    np.savez(
+        tmp_path / "objects.npz",
+        vox_pts=np.zeros((3, 3), np.float32),
+        vox_id=[1, 2, 2],
+        is_bg=[True, False],
+        frames_seen=[9, 2],
+        cls=[0, 1],
+        feats=np.eye(2, 4, dtype=np.float32),
+    )
+    written(tmp_path / "gsa_classes_sim.json", '["wall", "cup"]')
+    found = read_labelled(tmp_path)
+    assert found.names == ("wall", "cup") and found.labels.tolist() == [0, 1, 1]
+    truth = truth_of(found)
+    assert truth.things.tolist() == [False, True] and truth.frames.tolist() == [9, 2] and truth.ids == (1, 2)
+    assert found.vectors is not None and found.vectors.tolist() == np.eye(2, 4).tolist()
+
+
+def test_a_ply_of_labelled_vertices(tmp_path: Path) -> None:
+    rows = "0 0 0 3 1\n1 0 0 3 1\n0 1 0 99 2\n"
+    path = written(tmp_path / "a.ply", ascii_ply("property ushort label\nproperty int instance_id\n", rows))
+    names = written(tmp_path / "names.json", '{"1": "wall", "3": "cabinet"}')
+    found = read_labelled(path, class_names(str(names)))
+    assert found.names == ("wall", "cabinet") and found.labels.tolist() == [1, 1, -1]
+    assert found.ids == (1, 2) and found.kinds is not None and found.kinds.tolist() == [1, -1]
+    assert read_labelled(path).names == ("3", "99")
+
+
+def test_scannet_labels_are_nyu40(tmp_path: Path) -> None:
+    rows = "0 0 0 5\n1 0 0 22\n0 1 0 0\n"
+    written(tmp_path / "scene0000_00_vh_clean_2.labels.ply", ascii_ply("property ushort label\n", rows))
+    found = read_labelled(tmp_path)
+    assert [found.names[label] if label >= 0 else None for label in found.labels] == ["chair", "ceiling", None]
+    assert found.owner is None
+    with pytest.raises(FormatError, match="but not the object"):
+        truth_of(found)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_replica_keeps_objects_with_the_faces(tmp_path: Path, order: str) -> None:
+    folder = tmp_path / "room_0" / "habitat"
+    folder.mkdir(parents=True)
+    written(folder / "mesh_semantic.ply", binary_ply(order, [([0, 1, 2], 40), ([0, 2, 2], 41)]))
+    semantic = {"classes": [{"id": 5, "name": "sofa"}, {"id": 93, "name": "wall"}]}
+    semantic["objects"] = [{"id": 40, "class_id": 5}, {"id": 41, "class_id": 93}]
+    written(folder / "info_semantic.json", json.dumps(semantic))
+    found = read_labelled(tmp_path / "room_0")
+    np.testing.assert_allclose(found.points, [[1, 2, 0], [4 / 3, 8 / 3, 0]], rtol=1e-6)
+    assert [found.names[label] for label in found.labels] == ["sofa", "wall"] and found.ids == (40, 41)
+    assert truth_of(found).things.tolist() == [True, False]
+
+
+def bomb() -> bytes:
+    """An .npz whose array claims sixteen terabytes."""
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (2**41,)})
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr("points.npy", header.getvalue())
+    return packed.getvalue()
+
+
+def saved(**arrays: object) -> bytes:
+    packed = io.BytesIO()
+    np.savez(packed, **arrays)  # type: ignore[arg-type]
+    return packed.getvalue()
+
+
+POINTS = np.zeros((2, 3))
+LABEL = "property ushort label\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "says"),
+    [
+        ("a.npz", b"", "no arrays"),
+        ("a.npz", b"PK\x03\x04 not really", "no arrays"),
+        ("a.npz", bomb(), "no arrays"),
+        ("a.npz", saved(points=np.array([{}], object)), "no arrays"),
+        ("a.npz", saved(labels=[1]), "no array 'points'"),
+        ("a.npz", saved(points=POINTS), "neither the class nor the object"),
+        ("a.npz", saved(points=np.zeros((2, 2)), labels=[0, 0]), "expected numbers"),
+        ("a.npz", saved(points=np.zeros((0, 3)), labels=[]), "no points"),
+        ("a.npz", saved(points=[[0, 0, np.nan]], labels=[0]), "no metres"),
+        ("a.npz", saved(points=[[0, 0, 1e30]], labels=[0]), "no metres"),
+        ("a.npz", saved(points=POINTS, labels=[0]), "labels has shape"),
+        ("a.npz", saved(points=POINTS, labels=[0.5, 1]), "whole numbers"),
+        ("a.npz", saved(points=POINTS, labels=["a", "b"]), "whole numbers"),
+        ("a.npz", saved(points=POINTS, labels=[0, 0], names=[1]), "row of text"),
+        ("a.npz", saved(points=POINTS, labels=[0, 0], names=["a"], vectors=np.ones((2, 3))), "vectors are"),
+        ("a.npz", saved(vox_pts=POINTS, vox_id=[1, 9], is_bg=[False], frames_seen=[1]), "there is not"),
+        ("a.npz", saved(vox_pts=POINTS), "no array 'vox_id'"),
+        ("a.ply", b"", "no PLY"),
+        ("a.ply", b"ply\nformat ascii 1.0\nend_header", "ends with its header"),
+        ("a.ply", b"ply\nelement vertex 1\nend_header\n", "no format"),
+        ("a.ply", b"ply\nformat ascii 1.0\nproperty float x\nend_header\n", "header has a line"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n", "no vertices with x, y and z"),
+        ("a.ply", ascii_ply(LABEL, "0 0 0 1\n"), "cut off"),
+        ("a.ply", ascii_ply(LABEL, "0 0 0 1\n1 1\n2 2 2 2\n"), "not all the same"),
+        ("a.ply", ascii_ply(LABEL, "0 0 0 1\n1 x 1 1\n2 2 2 2\n"), "not all the same"),
+        ("a.ply", ascii_ply("", "0 0 0\n1 1 1\n2 2 2\n"), "have labels"),
+        ("a.ply", ascii_ply(LABEL + LABEL, "0 0 0 1 1\n" * 3), "two properties"),
+        ("a.ply", binary_ply("<", [([0, 1, 2], 1)])[:-2], "cut off"),
+        ("a.ply", binary_ply("<", [([0, 1, 2], 1), ([0, 1, 2, 2], 2), ([0, 1, 2], 3)]), "differ in their number"),
+        ("a.ply", binary_ply("<", [([0, 1, 7], 1)]), "a vertex that there is not"),
+        ("a.ply", binary_ply("<", []).replace(b"vertex 3", b"vertex 999999999999"), "cut off"),
+        ("a.obj", b"v 0 0 0", "no truth that is known"),
+    ],
+)
+def test_bad_truth_is_refused_in_one_line(tmp_path: Path, name: str, data: bytes, says: str) -> None:
+    path = written(tmp_path / name, data)
+    with pytest.raises(FormatError, match=says) as caught:
+        read_labelled(path)
+    assert caught.value.message.startswith(str(path)) and "\n" not in caught.value.message
+    assert caught.value.message.count(str(path)) == 1
+
+
+def test_a_truth_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no truth"):
+        read_labelled(tmp_path / "nothing.npz")
+    with pytest.raises(FormatError, match="holds no truth"):
+        read_labelled(tmp_path)
+
+
+def test_lists_that_are_no_corners_do_not_shift_what_follows(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "a.ply", ascii_ply("property list uchar int tags\nproperty int label\n", "0 0 0 2 8 9 5\n" * 3)
+    )
+    assert ply.read(path).vertex["label"].tolist() == [5, 5, 5]
+
+
+@pytest.mark.parametrize("text", ["", "[", "5", "[]", '["a", 3]', '{"x": "a"}', '{"classes": [{"id": "1"}]}', '[""]'])
+def test_class_names_that_are_none(tmp_path: Path, text: str) -> None:
+    path = written(tmp_path / "names.json", text)
+    with pytest.raises(FormatError) as caught:
+        class_names(str(path))
+    assert caught.value.message.count(str(path)) == 1
+
+
+# -- annotated graphs
+
+
+def test_an_annotated_scene(tmp_path: Path) -> None:
+    document = {
+        "objects": [
+            {"id": 1, "names": ["sofa", "couch"], "center": [0, 0, 0.4], "extent": [2, 1, 0.8]},
+            {"id": "b", "names": "cushion", "points": [[0, 0, 0.8], [0.4, 0.4, 1.0]]},
+        ],
+        "relations": [{"source": "b", "label": "on", "target": 1}],
+    }
+    found = read_annotated(written(tmp_path / "a.json", json.dumps(document)))
+    assert [o.tags for o in found.objects] == [("sofa", "couch"), ("cushion",)]
+    assert found.objects[1].points is not None and found.relations[0].source == "b"
+
+
+def test_a_map_is_an_annotated_scene_too(data: Path) -> None:
+    found = read_annotated(data / "maps" / "virtualhome" / "TestScene1_graph.json")
+    assert len(found.objects) > 400 and len(found.places) > 3
+    assert {"on", "in", "near", "contains"} <= {r.label for r in found.relations}
+
+
+ONE = '{"id": 1, "names": ["a"]}'
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "empty"),
+        ('{"objects": [' + ONE, "not whole JSON"),
+        (f'{{"objects": [{ONE}, 5]}}', "object 1: must be"),
+        (f'{{"objects": [{ONE}, {ONE}]}}', "two objects have the id #1"),
+        (f'{{"objects": [{ONE}, {{"names": ["b"]}}]}}', "id"),
+        (f'{{"objects": [{ONE}, {{"id": 2}}]}}', "#2: has no names"),
+        ('{"objects": [{"id": 1, "names": ["a"], "center": [1, 2]}]}', "three numbers"),
+        ('{"objects": [{"id": 1, "names": ["a"], "center": [1, 2, NaN]}]}', "NaN"),
+        ('{"objects": [{"id": 1, "names": ["a"], "center": [1, 2, 3], "extent": [1, -2, 3]}]}', "negative"),
+        ('{"objects": [{"id": 1, "names": ["a"], "center": [1, 2, 3], "rotation": [[1]]}]}', "rotation"),
+        ('{"objects": [{"id": 1, "names": ["a"], "points": [[1, 2]]}]}', "three numbers each"),
+        ('{"objects": [{"id": 1, "names": ["a"], "points": "all"}]}', "three numbers each"),
+        (f'{{"objects": [{ONE}], "relations": 5}}', "'relations' must be a list"),
+        (f'{{"objects": [{ONE}], "relations": [{{"source": 1, "target": 9, "label": "on"}}]}}', "no object #9"),
+        (f'{{"objects": [{ONE}], "relations": [{{"source": 1, "target": 1}}]}}', "no label"),
+    ],
+)
+def test_bad_annotations_are_refused_in_one_line(tmp_path: Path, text: str, says: str) -> None:
+    path = written(tmp_path / "a.json", text)
+    with pytest.raises(CgdbError, match=says) as caught:
+        read_annotated(path)
+    assert caught.value.exit_code == 5 and caught.value.message.count(str(path)) == 1
