@@ -62,7 +62,7 @@ def _write(found: list[tuple[ObjectId, int, View]], folder: Path) -> int:
             write_whole(folder / f"{_file_name(object_id)}-{rank:02}-frame{view.frame:06}{ending}", [view.image])
             written += 1
     without = len(found) - written
-    note = f"; {without} views have no picture" if without else ""
+    note = f"; views without one: {without}" if without else ""
     sys.stderr.write(f"wrote {written} pictures to {render.clean(folder)}{note}\n")
     return 0
 

@@ -12,13 +12,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cgdb.errors import CgdbError, CorruptionError, StoreBusyError, StoreError
-from cgdb.scene import FeatureSpace, Place, Relation, SceneObject
+from cgdb.scene import FeatureSpace, Place, Relation, SceneObject, View
 from cgdb.storage.ledger import Ledger
 
 CLIP = FeatureSpace(name="clip", dimension=16)
@@ -29,16 +30,23 @@ import os, signal, sys, numpy as np
 from pathlib import Path
 from cgdb.errors import CgdbError
 from cgdb.storage.ledger import Ledger
-from cgdb.scene import FeatureSpace, Relation, SceneObject
+from cgdb.scene import FeatureSpace, Relation, SceneObject, View
 PATH, SIZE = Path(sys.argv[1]), int(sys.argv[2])
 CLIP = FeatureSpace(name="clip", dimension=16)
+JPEG = bytes([255, 216, 255])
 
 def write(ledger, mark, size=SIZE, **more):
     # Every row of a revision says the same number: a mixture would show.
     with ledger.write("lab", on_existing="replace", spaces=[CLIP], **more) as w:
         w.relations(Relation(source=i, target=(i + 1) % size, label=f"r{mark}") for i in range(size))
         w.objects(
-            SceneObject(id=i, tag=f"r{mark}", features={"clip": np.full(16, mark, np.float32)}) for i in range(size)
+            SceneObject(
+                id=i,
+                tag=f"r{mark}",
+                features={"clip": np.full(16, mark, np.float32)},
+                views=(View(frame=mark, points=2, box=(0, 0, 1, 1), image=JPEG + b"%d" % mark),) * 2,
+            )
+            for i in range(size)
         )
     return w.revision
 """
@@ -69,6 +77,9 @@ def assert_whole(ledger: Ledger, revision: int, size: int = SIZE) -> None:
     assert len(relations) == size and {row.label for row in relations} == {f"r{mark}"}
     for keys, vectors in ledger.features(info, "clip"):
         assert len(keys) == size and (vectors == mark).all()
+    views = [obj.views for obj in ledger.scene_graph(info, features=False, clouds=False, views=True).objects]
+    assert {(view.frame, view.image) for two in views for view in two} == {(mark, b"\xff\xd8\xff%d" % mark)}
+    assert all(len(two) == 2 for two in views)
 
 
 ENDLESS = """
@@ -140,6 +151,13 @@ with Ledger.open(PATH, create=True) as ledger:
 # --- damaged bytes ---------------------------------------------------------------------------------------------------
 
 
+def seen(i: int, turn: int) -> tuple[View, ...]:
+    """Nothing, or up to three views; a revision adds one in front."""
+    image = b"\xff\xd8\xff" + bytes([i]) * 200
+    view = View(frame=i, points=9, box=(1.0, 2.0, 3.0, 4.0), T_world_camera=np.eye(4), source=f"{i}.jpg", image=image)
+    return (replace(view, frame=500 + i),) * turn + (view, replace(view, image=None)) if i % 3 == 0 else ()
+
+
 def build(path: Path) -> None:
     with Ledger.open(path, create=True) as ledger:
         for turn in range(2):
@@ -155,6 +173,7 @@ def build(path: Path) -> None:
                         features={"clip": np.full(16, i, np.float32)},
                         points=np.full((40, 3), i, np.float32) if i % 4 == 0 else None,
                         properties={"state": "open"},
+                        views=seen(i, turn),
                     )
                     for i in range(120)
                 )
@@ -170,7 +189,7 @@ Reading = Callable[[Ledger], object]
 
 def _graph(revision: int) -> Reading:
     def read(ledger: Ledger) -> object:
-        graph = ledger.scene_graph(ledger.scene("lab", revision))
+        graph = ledger.scene_graph(ledger.scene("lab", revision), views=True)
         return (
             [
                 (
@@ -182,6 +201,7 @@ def _graph(revision: int) -> Reading:
                     dict(o.properties),
                     {space: vector.tolist() for space, vector in o.features.items()},
                     None if o.points is None else o.points.tolist(),
+                    _plain(o.views),
                 )
                 for o in graph.objects
             ],
@@ -190,6 +210,17 @@ def _graph(revision: int) -> Reading:
         )
 
     return read
+
+
+def _plain(views: tuple[View, ...]) -> object:
+    return [
+        (v.frame, v.points, v.box, None if v.T_world_camera is None else v.T_world_camera.tolist(), v.image, v.source)
+        for v in views
+    ]
+
+
+def _some_views(ledger: Ledger) -> object:
+    return [_plain(ledger.views(ledger.scene("lab"), key)) for key in (2, 3, 65, 121)]
 
 
 def _some_nodes(ledger: Ledger) -> object:
@@ -213,6 +244,7 @@ READINGS: list[Reading] = [
     _some_nodes,
     _ids,
     _some_vectors,
+    _some_views,
     lambda ledger: ledger.revisions(),
     lambda ledger: ledger.scenes(),
     lambda ledger: ledger.changes(1, 1, 2).relations_added,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import cgdb
+from cgdb.cli.app import main
 from cgdb.errors import CorruptionError, SceneError, VersionError
 from cgdb.scene import LARGEST_IMAGE, UNREAD, SceneGraph, SceneObject, View, check_object, image_type
 from cgdb.storage import schema
@@ -289,7 +291,7 @@ def test_a_replacement_leaves_damaged_views_behind(db: cgdb.Database) -> None:
     with pytest.raises(CorruptionError, match="view 1"):
         add(db, seen(1, view(5)), how="merge")
     db.add(db.scene("lab"), on_existing="replace")
-    assert same(db.views(1), VIEWS[:1]) and same(db.views(2), (view(4),))
+    assert db.views(1) == () and same(db.views(2), (view(4),))
     assert db.check(full=False) == ()
 
 
@@ -298,6 +300,8 @@ def test_a_replacement_leaves_damaged_views_behind(db: cgdb.Database) -> None:
     [
         "delete from views where rank = 0",
         "delete from views where rank = 1",
+        "delete from views where rank = 2",
+        "update views set n_views = 2",
         "delete from views where frame = 4",
         "update views set rank = 5 where rank = 1",
         "update views set rev_to = 1 where frame = 4",
@@ -322,3 +326,86 @@ def test_views_that_vanish_or_change_are_noticed(db: cgdb.Database, statement: s
         db.views(1), db.views(2)
     with pytest.raises(CorruptionError):
         db.scene("lab", views=True)
+
+
+# --- the command line ------------------------------------------------------------------------------------------------
+
+EVIL = "\x1b[2Jcup/../x"
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Path:
+    path = tmp_path / "cli.cgdb"
+    with cgdb.open(path, create=True, text_encoder=None) as db:
+        named = SceneObject(id=EVIL, views=(view(5, source="\x1b]0;x\x07.jpg"),))
+        add(db, seen(12, *VIEWS), seen(2), named)
+    return path
+
+
+def test_views_are_listed(store: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["views", str(store), "12", "#2"]) == 0
+    said = capsys.readouterr()
+    assert "frame000003.jpg" in said.out and "100 × 60 at 10, 20" in said.out and "jpeg, 2.0 KB" in said.out
+    assert said.err == "note: #2 has no views\n"
+    assert main(["views", str(store), "12", "-k", "1", "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert (record["object"], record["best"], record["frame"]) == (12, 1, 3)
+    assert record["T_world_camera"] == pose().tolist()
+    assert record["picture"] == {"type": "image/jpeg", "bytes": len(JPEG) + 1}
+
+
+def test_pictures_are_written(store: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "a" / "pictures"
+    assert main(["views", str(store), "12", EVIL, "--into", str(folder)]) == 0
+    assert capsys.readouterr().err == f"wrote 3 pictures to {folder}; views without one: 1\n"
+    names = sorted(path.name for path in folder.iterdir())
+    assert names == ["12-01-frame000003.jpg", "12-02-frame000007.png", "_1b_5b2Jcup_2f.._2fx-01-frame000005.jpg"]
+    assert (folder / names[0]).read_bytes() == VIEWS[0].image
+    assert (folder / names[1]).read_bytes() == PNG
+
+
+def test_no_control_characters_reach_the_terminal(store: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["views", str(store), EVIL]) == 0
+    assert main(["shell", str(store), "--no-rc", "-c", ":show #12", "-c", f':show "{EVIL}"']) in (0, 2)
+    said = capsys.readouterr()
+    assert "\x1b" not in said.out + said.err and "\x07" not in said.out + said.err
+
+
+def test_show_tells_of_the_best_views(store: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["shell", str(store), "--no-rc", "-c", ":show #12"]) == 0
+    said = capsys.readouterr().out
+    assert "frame 3 (frame000003.jpg), 97 points, 100 × 60 at 10, 20, picture: jpeg, 2.0 KB" in said
+    assert "frame 8, 0 points" in said and "picture: none" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["99"], 3, "there is no object or place #99"),
+        (["12", "-k", "0"], 2, "-k must be at least 1"),
+        (["12", "--scene", "lap"], 6, "there is no scene 'lap'"),
+        (["12", "--as-of", "9"], 6, "there is no revision 9"),
+    ],
+)
+def test_what_cannot_be_shown_is_said(
+    store: Path, arguments: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["views", str(store), *arguments]) == code
+    assert message in capsys.readouterr().err
+
+
+def test_a_folder_that_is_a_file(store: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").touch()
+    assert main(["views", str(store), "12", "--into", str(tmp_path / "file")]) == 2
+    assert "cannot be made a folder" in capsys.readouterr().err
+
+
+def test_views_go_out_and_in_again(store: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, again = tmp_path / "lab.json", tmp_path / "again.cgdb"
+    assert main(["export", str(store), "-o", "-", "--format", "cgdb"]) == 0
+    file.write_text(capsys.readouterr().out)
+    assert main(["import", str(file), "--into", str(again), "--no-encode", "--no-relate", "--quiet"]) == 0
+    with cgdb.open(again, text_encoder=None) as db, cgdb.open(store, text_encoder=None) as first:
+        assert same(db.views(12), VIEWS)
+        assert same(db.views(EVIL), first.views(EVIL))
+        assert db.export("lab", tmp_path / "second.json").path.read_bytes() == file.read_bytes()

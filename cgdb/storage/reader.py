@@ -304,8 +304,10 @@ def views_of(reading: Reading, info: SceneInfo, sound: Sound, key: int) -> tuple
         raw = connection.execute(_live("views", info).where(table.c.key == key).order_by(table.c.rank)).all()
     if not raw:
         _prove_absent(reading, info, sound, "views", table.c.key, [key])
-    _expect(info, "views", [tuple(row[:2]) for row in raw] == [(key, rank) for rank in range(len(raw))])
-    return tuple(verified("views", info.id, info.name, row)[1] for row in raw)
+    found = tuple(verified("views", info.id, info.name, row)[1] for row in raw)
+    whole = [(key, rank, len(raw)) for rank in range(len(raw))]
+    _expect(info, "views", [(row.key, row.rank, row.n_views) for row in raw] == whole)
+    return found
 
 
 def _expect(info: SceneInfo, part: str, holds: bool) -> None:

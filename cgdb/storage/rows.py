@@ -33,8 +33,8 @@ NodePayload: TypeAlias = tuple[
 RelationPayload: TypeAlias = tuple[int, int, str, str, float, str | None]
 """source, target, label, origin, confidence, explanation."""
 
-ViewPayload: TypeAlias = tuple[int, int, bytes, bytes | None, str | None, bytes | None]
-"""frame, points, box, pose, source, the digest of the image."""
+ViewPayload: TypeAlias = tuple[int, int, int, bytes, bytes | None, str | None, bytes | None]
+"""n_views, frame, points, box, pose, source, the digest of the image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,7 +76,7 @@ _NODE = Struct("<qqqdiiiiiii")
 _RELATION = Struct("<qqqdiii")
 _FEATURE = Struct("<qqi")
 _CLOUD = Struct("<qqq?")
-_VIEW = Struct("<qqqqqiiii")
+_VIEW = Struct("<qqqqqqiiii")
 _BOX = Struct("<4d")
 _WORD = Struct("<q")
 
@@ -128,10 +128,10 @@ def cloud_digest(scene_id: int, key: int, n_points: int, colored: bool, data: by
 
 def view_digest(scene_id: int, key: int, rank: int, payload: ViewPayload) -> int:
     """The digest of a row of ``views``."""
-    frame, points, box, pose, source, image = payload
+    n_views, frame, points, box, pose, source, image = payload
     name = None if source is None else source.encode()
     lengths = (len(box), _length(pose), _length(name), _length(image))
-    head = _VIEW.pack(scene_id, key, rank, frame, points, *lengths)
+    head = _VIEW.pack(scene_id, key, rank, n_views, frame, points, *lengths)
     return _digest(b"".join((head, box, pose or b"", name or b"", image or b"")))
 
 
@@ -312,9 +312,10 @@ def cloud_arrays(n_points: int, colored: bool, data: bytes) -> tuple[NDArray[np.
     return points, np.frombuffer(data, np.uint8, offset=12 * n_points).reshape(n_points, 3)
 
 
-def view_payload(where: str, view: View) -> ViewPayload:
-    """A checked view as the columns of ``views``. where: the object, for errors."""
+def view_payload(where: str, view: View, n_views: int) -> ViewPayload:
+    """A checked view as the columns of ``views``. where: the object, for errors; n_views: how many it has."""
     return (
+        n_views,
         int(view.frame),
         int(view.points),
         _BOX.pack(*view.box),
@@ -326,7 +327,7 @@ def view_payload(where: str, view: View) -> ViewPayload:
 
 def view_record(payload: ViewPayload, image: bytes | None) -> View:
     """The view of a verified row and its image."""
-    frame, points, box, pose, source, _ = payload
+    _, frame, points, box, pose, source, _ = payload
     left, top, right, bottom = _BOX.unpack(box)
     return View(
         frame=frame,

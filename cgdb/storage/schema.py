@@ -139,6 +139,7 @@ views = Table(
     Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
     Column("rev_to", BigInteger),
     Column("seal", BigInteger, nullable=False),
+    Column("n_views", BigInteger, nullable=False, comment="of the object: a row that is missing is told by any other"),
     Column("frame", BigInteger, nullable=False),
     Column("points", BigInteger, nullable=False),
     Column("box", LargeBinary, nullable=False, comment="float64: left, top, right, bottom in pixels"),

@@ -34,7 +34,7 @@ COLUMNS = {
     "relations": ("source", "target", "label", "origin", *_SPAN, "confidence", "explanation"),
     "features": ("key", *_SPAN, "vector"),
     "clouds": ("key", *_SPAN, "n_points", "colored", "data"),
-    "views": ("key", "rank", *_SPAN, "frame", "points", "box", "pose", "source", "image"),
+    "views": ("key", "rank", *_SPAN, "n_views", "frame", "points", "box", "pose", "source", "image"),
 }
 """What is read of each table, in the order that ``verified`` takes."""
 
@@ -70,11 +70,11 @@ def verified(part: str, scene_id: int, scene: str, row: Sequence[Any]) -> tuple[
             value = rows.cloud_arrays(n_points, colored, data) if sound else None
         elif part == "views":
             key, rank, start, end, mark, *rest = row
-            payload, image = tuple(rest[:6]), rest[6:]
+            payload, image = tuple(rest[:7]), rest[7:]
             digest = rows.view_digest(scene_id, key, rank, payload)
             sound = rows.seal(mark, start, end) == digest
             if sound and image:
-                sound = payload[5] == (None if image[0] is None else rows.image_digest(image[0]))
+                sound = payload[6] == (None if image[0] is None else rows.image_digest(image[0]))
                 value = rows.view_record(payload, image[0]) if sound else None
         else:
             key, start, end, mark, value = row

@@ -227,17 +227,16 @@ class SceneWriter:
             if isinstance(obj.views, Unread):
                 unread.append(key)
             for rank, view in enumerate(obj.views):
-                payload = rows.view_payload(f"object #{obj.id}", view)
+                payload = rows.view_payload(f"object #{obj.id}", view, len(obj.views))
                 wanted[key, rank] = (rows.view_digest(self._scene_id, key, rank, payload), payload)
-                if view.image is not None and payload[5] is not None:
-                    images[payload[5]] = view.image
-        broken: set[int] = set()
-        for (key, rank), (start, mark, sound) in sorted(self._live_rows("views", unread).items()):
-            # Ranks have no gaps: what follows a damaged view, which only a replacement leaves behind, goes with it.
-            if sound and key not in broken:
-                wanted[key, rank] = (rows.seal(mark, start, None), ())
-            else:
-                broken.add(key)
+                if view.image is not None and payload[6] is not None:
+                    images[payload[6]] = view.image
+        kept = self._live_rows("views", unread)
+        # Only a replacement goes on over a damaged one; the others of its object count it, and go with it.
+        broken = {name[0] for name, (_, _, sound) in kept.items() if not sound}
+        for name, (start, mark, _) in kept.items():
+            if name[0] not in broken:
+                wanted[name] = (rows.seal(mark, start, None), ())
         self._write_images(images)
         return self._follow("views", keys, wanted)
 
