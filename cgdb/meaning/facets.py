@@ -133,7 +133,8 @@ def _of_generic(known: Knowledge, words: Sequence[str]) -> Facets:
     informative = [w for w in rest if w not in FUNCTION_WORDS]
     text = " ".join(rest)
     doing = frame(text, place=place) if informative else None
-    if doing is not None and rest[0] not in CLAUSE_STARTS and not any(_is_verb(known, verb) for verb in doing.verbs):
+    begins = rest[:1] and (rest[0] in CLAUSE_STARTS or rest[1:2] == ["to"])
+    if doing is not None and not begins and not any(_is_verb(known, verb) for verb in doing.verbs):
         doing = None
     return Facets(
         form="use" if informative or not traits else "traits",

@@ -47,7 +47,7 @@ class Knowledge:
     traits: names of the traits. has: (m, t) float32, the degree to which thing i has trait j. alike: (t, t), the degree
     to which what is said to have trait j has trait i; follows: (t, t) bool, where one only follows from another.
     scales: the traits that lie on a scale, in order; places: (s, m) float32 where on each a thing is, NaN untold.
-    uses: distinct phrases; use_of: (u, 2) int32 pairs (use, thing), inherited ones included, sorted by thing.
+    uses: distinct phrases; use_of: (u, 3) int32 (use, thing, lines that it was inherited over), sorted by thing.
     doing: the uses read as frames. consumables: (m,) what is bought in packages. vocabulary, nouns: the words that
     names are made of, and those that they end with.
     """
@@ -211,10 +211,15 @@ class Knowledge:
                 kin[stem(run[-1])] = frozenset(stem(self.names[i].split()[-1]) for i in kinds.tolist())
         return self.doing.matches(asked, kin)
 
-    def best_use(self, values: Floats) -> Floats:
-        """(m,) the largest of the values (u,) of each thing's uses; -inf for a thing without uses."""
+    def best_use(self, values: Floats, inherited: float = 0.0) -> Floats:
+        """(m,) the largest of the values (u,) of each thing's uses; -inf for a thing without uses.
+
+        inherited: what a value loses with each line that the use comes down: clothes are sewn from cloth, a shirt is
+        cloth, and yet nothing is sewn from it.
+        """
         best = np.full(len(self.names), -np.inf, dtype=np.float32)
-        np.maximum.at(best, self.use_of[:, 1], values[self.use_of[:, 0]])
+        use, thing, distance = self.use_of.T
+        np.maximum.at(best, thing, values[use] - np.float32(inherited) * distance.astype(np.float32))
         return best
 
     def trait_degrees(self, trait: int, masks: NDArray[np.uint64], which: NDArray[np.int64], usual: Floats) -> Floats:
@@ -257,18 +262,21 @@ def knowledge() -> Knowledge:
     is_a = np.eye(m, dtype=bool)
     direct = np.zeros((m, m), dtype=bool)
     said: list[list[int]] = [[] for _ in range(m)]
-    uses_of: list[dict[str, None]] = [{} for _ in range(m)]
+    uses_of: list[dict[str, int]] = [{} for _ in range(m)]
     group = {t: scale for scale in everyday.SCALES for t in scale}
     for i in order:
         own = [t for t in lines[i][2].split() if t]
         taken = {group[t] for t in own if t in group}
         for use in lines[i][3].split(","):
             if use.strip():
-                uses_of[i].setdefault(use.strip())
+                uses_of[i][use.strip()] = 0
         for parent in parents[i]:
             direct[i, parent] = True
             is_a[i] |= is_a[parent]
-            uses_of[i].update(uses_of[parent])
+            # A line's own kinds stand for it; what comes down from another line comes from further off.
+            further = int(i < n_lines)
+            for use, distance in uses_of[parent].items():
+                uses_of[i][use] = min(uses_of[i].get(use, distance + further), distance + further)
             for trait in said[parent]:
                 scale = group.get(traits[trait])
                 if scale is None or scale not in taken:
@@ -279,6 +287,7 @@ def knowledge() -> Knowledge:
     scales, where = places(traits, said)
     uses = tuple(dict.fromkeys(use for found in uses_of for use in found))
     number = {use: i for i, use in enumerate(uses)}
+    own_uses = [(number[use], i, distance) for i in range(m) for use, distance in uses_of[i].items()]
     thing_by_name: dict[tuple[str, ...], tuple[int, ...]] = {}
     for i, names in enumerate(all_names):
         for name in names:
@@ -302,7 +311,9 @@ def knowledge() -> Knowledge:
         consumables=np.asarray(is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1)),
         vocabulary=words | ADJECTIVES | COMMON_WORDS | {word for key in trait_by_name for word in key},
         nouns=frozenset(key[-1] for key in thing_by_name if len(key[-1]) > 2),
-        use_of=np.asarray([(number[u], i) for i in range(m) for u in uses_of[i]], dtype=np.int32).reshape(-1, 2),
+        use_of=np.asarray([(number[u], i, d) for i in range(m) for u, d in uses_of[i].items()], np.int32).reshape(
+            -1, 3
+        ),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,
         version=_version(),

@@ -168,12 +168,32 @@ dust dirt crumb
 spill puddle
 time hour clock
 wake awaken
+comfortable comfortably comfort comfy cosy cozy snug
+temporarily briefly quickly provisionally
 smell scent odor fragrance
 bore dig
 steal thief burglar
 homework essay assignment study
 """
 """Words of like meaning, one group a line: what a verb or an object of a use may be called instead."""
+IDIOMS: Mapping[str, str] = {
+    "pass the time": "have fun", "pass time": "have fun", "pass my time": "have fun", "kill time": "have fun",
+    "kill some time": "have fun", "while away": "have fun", "have a good time": "have fun",
+    "take apart": "disassemble", "take to pieces": "disassemble", "get rid of": "discard", "work out": "exercise",
+    "get fit": "exercise", "keep fit": "exercise", "stay fit": "exercise", "stay in shape": "exercise",
+    "go to sleep": "sleep", "take a nap": "nap", "have a nap": "nap", "take a seat": "sit", "have a seat": "sit",
+    "have a drink": "drink", "have a snack": "snack", "take a rest": "rest", "have a rest": "rest",
+    "make a phone call": "call", "make a call": "call", "have a look at": "look at", "take a look at": "look at",
+    "do the dishes": "wash dishes", "do the washing up": "wash dishes", "do the laundry": "wash clothes",
+    "do my laundry": "wash clothes",
+}  # fmt: skip
+"""Turns of phrase whose words do not say what they mean, and words that do."""
+CREATING = _words("mak sew build knit crochet weav craft construct creat")
+"""Stems of verbs that bring something about: one does it with what one does it from."""
+NOT_ADVERBS = _words(
+    "fly apply rely reply supply multiply rally tally family jelly belly bully lily assembly butterfly"
+)
+"""Words in -ly that are no adverbs."""
 PACKAGES = _words("bottle can carton box packet pack package bag jar tin tube container dispenser")
 """What goods are sold in: "milk bottle"."""
 VESSELS = PACKAGES | _words("mug cup glass bowl plate pot jug basket bucket tray pitcher crate sack vase dish")

@@ -153,6 +153,9 @@ class Calibration:
     part: float = 5.0
     verb: float = 2.0
     rival: float = 0.6
+    adds: float = 0.3
+    beside: float = 0.5
+    inherited: float = 0.4
     grade: float = 0.5
     guess: float = 0.8
 
@@ -490,7 +493,10 @@ class Scorer:
             return topic if asks.form == "name" else np.maximum(topic, use)
         z = contrast(uses, uses) + np.float32(calibration.cover) * match.cover
         z -= np.float32(calibration.part) * (1 - match.agreement) + np.float32(calibration.verb) * match.other_verb
-        return self._against_best("use", known.best_use(z))
+        z -= np.float32(calibration.adds) * match.adds
+        beside = np.maximum(known.best_use(match.circumstance), np.float32(0.0))
+        best = known.best_use(z, calibration.inherited) + np.float32(calibration.beside) * beside
+        return self._against_best("use", np.asarray(best, dtype=np.float32))
 
     def _against_best(self, name: str, z: Floats) -> Floats:
         """Calibrated, with the line no lower than a share of the best of all things."""

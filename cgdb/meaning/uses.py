@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 from cgdb.meaning.lexicon import (
     CLAUSE_STARTS,
+    CREATING,
     DETERMINERS,
     FUNCTION_WORDS,
+    IDIOMS,
     LIGHT_VERBS,
+    NOT_ADVERBS,
     PARTICLES,
     PATIENT_VERBS,
     POSTURES,
@@ -73,14 +76,19 @@ class Frame:
 
 def frame(text: str, *, place: bool = False) -> Frame:
     """Read a use. place: the question asks where, so that the thing is a place whatever the preposition."""
-    found = [word for word in tokens(text) if word[0].isalnum()]
+    found = _plainly([word for word in tokens(text) if word[0].isalnum()])
     at = 0
-    while at < len(found) - 1 and found[at] in CLAUSE_STARTS:
+    around: list[str] = []
+    while at < len(found) - 1 and (found[at] in CLAUSE_STARTS or _is_adverb(found[at])):
+        if _is_adverb(found[at]):
+            around.append(found[at])
         # "Help a student understand": who is helped is no verb.
         at += 3 if found[at] in ("help", "helps", "let", "lets") and found[at + 1] in DETERMINERS else 1
     # "Fun to play with": what stands before the infinitive says how it is to be.
-    if found[at + 1 : at + 2] == ["to"] and at + 2 < len(found) and found[at + 2] not in DETERMINERS:
-        at += 2 if stem(found[at]) not in _synonyms() else 0
+    before = found[at + 1 : at + 2] == ["to"] and at + 2 < len(found) and found[at + 2] not in DETERMINERS
+    if before and _is_manner(found[at]):
+        around.append(found[at])
+        at += 2
     if at >= len(found):
         return Frame((), (), (), Gap.ANY)
     verbs = [found[at]]
@@ -90,7 +98,6 @@ def frame(text: str, *, place: bool = False) -> Frame:
         verbs.append(found[at + 1])
         at += 2
     objects: list[str] = []
-    around: list[str] = []
     posture = stem(verbs[0]) in POSTURES
     gap, into = Gap.ANY, around if posture else objects
     while at < len(found):
@@ -106,7 +113,7 @@ def frame(text: str, *, place: bool = False) -> Frame:
                 gap = Gap.MEANS if word in ("with", "by", "using") else Gap.PLACE
             into = around
         elif word not in PARTICLES:
-            into.append(word)
+            (around if _is_adverb(word) else into).append(word)
         at += 1
     content = [word for word in objects if word not in FUNCTION_WORDS]
     if (place or posture) and gap is not Gap.MEANS:
@@ -123,6 +130,25 @@ def frame(text: str, *, place: bool = False) -> Frame:
         gap,
         tuple(objects),
     )
+
+
+def _plainly(found: list[str]) -> list[str]:
+    """The words with turns of phrase put in words that say what is meant."""
+    text = f" {' '.join(found)} "
+    for turn, meant in IDIOMS.items():
+        if turn in text:
+            text = text.replace(f" {turn} ", f" {meant} ")
+    return text.split()
+
+
+def _is_adverb(word: str) -> bool:
+    return word.endswith("ly") and len(word) > 4 and word not in NOT_ADVERBS
+
+
+def _is_manner(word: str) -> bool:
+    """Whether a word before an infinitive says how it is to be ("fun to play with"), and is no verb itself."""
+    known = synonyms(stem(word))
+    return len(known) == 1 or stem("comfortable") in known
 
 
 def noun_runs(words: Sequence[str]) -> Iterator[tuple[str, ...]]:
@@ -156,19 +182,27 @@ def synonyms(word: str) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Matches:
-    """(u,) per use: the share of what is asked that it says, how the thing's parts agree, if its verb is another."""
+    """(u,) per use: the share of what is asked that it says, how the thing's parts agree, if its verb is another.
+
+    circumstance: the share of what is asked beside verb and object ("comfortably") that it says. adds: whether it says
+    of when or where what nobody asked ("wear at the beach").
+    """
 
     cover: Floats
     agreement: Floats
     other_verb: NDArray[np.bool_]
+    circumstance: Floats
+    adds: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Uses:
-    """Many uses (u) as frames, indexed by their words."""
+    """Many uses (u) as frames, indexed by their words. qualified: whether one says more than verb and object."""
 
     frames: tuple[Frame, ...]
     gaps: NDArray[np.int64]
+    creating: NDArray[np.bool_]
+    qualified: NDArray[np.bool_]
     verbs: Mapping[str, NDArray[np.int64]]
     others: Mapping[str, NDArray[np.int64]]
 
@@ -185,6 +219,8 @@ class Uses:
         return cls(
             frames,
             np.asarray([one.gap for one in frames], dtype=np.int64),
+            np.asarray([bool(CREATING & set(one.verbs)) for one in frames], dtype=np.bool_),
+            np.asarray([bool(one.around) for one in frames], dtype=np.bool_),
             {word: np.asarray(ids, dtype=np.int64) for word, ids in verbs.items()},
             {word: np.asarray(ids, dtype=np.int64) for word, ids in others.items()},
         )
@@ -201,15 +237,25 @@ class Uses:
             weight = 0.3 if all(verb in LIGHT_VERBS for verb in asked.verbs) else 1.0
             whole += weight
             total += np.float32(weight) * of_verb
+        circumstance = np.zeros(n, dtype=np.float32)
         for words, share in ((asked.objects, 1.0), (asked.around, 0.4)):
             for word in words:
                 # Many objects are one object: "old clothes and books" asks for no more than "books".
                 weight = share / len(words)
                 whole += weight
-                total += np.float32(weight) * self._matches(word, kin.get(word, frozenset()), verb=False)
+                said = self._matches(word, kin.get(word, frozenset()), verb=False)
+                total += np.float32(weight) * said
+                if words is asked.around:
+                    circumstance += said / np.float32(len(words))
         # Verbs that say little ("put") may be any other; so may those that no use has.
         telling = bool(of_verb.any()) and not all(verb in LIGHT_VERBS for verb in asked.verbs)
-        return Matches(total / np.float32(max(whole, 1e-6)), self._agreement(asked), (of_verb == 0.0) & telling)
+        return Matches(
+            total / np.float32(max(whole, 1e-6)),
+            self._agreement(asked),
+            (of_verb == 0.0) & telling,
+            circumstance,
+            self.qualified & (circumstance == 0.0),
+        )
 
     def _matches(self, word: str, kin: frozenset[str], *, verb: bool) -> Floats:
         best = np.zeros(len(self.frames), dtype=np.float32)
@@ -224,4 +270,10 @@ class Uses:
     def _agreement(self, asked: Frame) -> Floats:
         """(u,) how well the part that the thing plays in each use goes with the one that is asked for."""
         by_gap = np.asarray([_AGREE.get(frozenset((asked.gap, gap)), 1.0) for gap in Gap], dtype=np.float32)
-        return by_gap[self.gaps]
+        agreement = by_gap[self.gaps]
+        if CREATING & set(asked.verbs):
+            # What one sews with is as well what one sews from.
+            into = (Gap.MEANS, Gap.PLACE)
+            if asked.gap in into:
+                agreement = np.where(self.creating & np.isin(self.gaps, into), np.float32(1.0), agreement)
+        return agreement
