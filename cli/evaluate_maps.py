@@ -30,8 +30,10 @@ def mapping(options: Namespace) -> int:
         raise UsageError("--reach and --near are metres above 0, --seen at least 0")
     scores: list[tuple[str, Score]] = []
     for one, path in paired(chosen(options.stores, options.scene), options.truth):
-        truth = truth_of(_truth(path, options), path)
+        cloud = _truth(path, options)
+        truth = truth_of(cloud, path)
         scene = _with_clouds(one)
+        _note_apart(one, scene, cloud, options)
         scores.append(
             (one.name, evaluate(scene, truth, least_seen=options.seen, reach=options.reach, near=options.near))
         )
@@ -145,6 +147,7 @@ def _segmented(one: Chosen, truth: LabelledCloud, path: str, options: Namespace)
             f"{path}: says the class of no point", hint="labels and names in the .npz; --names for a .ply"
         )
     scene = one.read(features=options.by == "feature")
+    _note_apart(one, scene, truth, options)
     scored = ~protocol.left_out(options.exclude, truth.names)
     present = np.bincount(truth.labels[truth.labels >= 0], minlength=len(truth.names)) > 0
     allowed = scored & present if options.classes == "scene" else scored
@@ -272,6 +275,17 @@ def _with_clouds(one: Chosen) -> SceneGraph:
             hint="cgdb map makes maps with clouds; eval graph needs none",
         )
     return scene
+
+
+def _note_apart(one: Chosen, scene: SceneGraph, truth: LabelledCloud, options: Namespace) -> None:
+    """Say so where map and truth have no place in common: every figure is then about their frames, not the map."""
+    clouds = [obj.points for obj in scene.objects if obj.points is not None and len(obj.points)]
+    if not clouds:
+        return
+    below = any(min(float(cloud[:, k].min()) for cloud in clouds) > truth.points[:, k].max() for k in range(3))
+    above = any(max(float(cloud[:, k].max()) for cloud in clouds) < truth.points[:, k].min() for k in range(3))
+    if below or above:
+        say(f"note: {one.name} and its truth lie apart: are both in one frame? --align brings one there", options.quiet)
 
 
 def _truth(path: str, options: Namespace) -> LabelledCloud:
