@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cgdb.ingest.evaluation.labelled import LabelledCloud
     from cgdb.ingest.evaluation.mapping import Score
     from cgdb.ingest.evaluation.semseg import Confusion, SegmentationScore
+    from cgdb.meaning.embed import Encoder
     from cgdb.scene import SceneGraph
 
 _MEANS = ("purity", "worst_purity", "completeness", "completeness_fine", "box_iou", "association", "labels")
@@ -159,7 +160,7 @@ def _segmented(one: Chosen, truth: LabelledCloud, path: str, options: Namespace)
     if options.by == "tag":
         classes = protocol.classes_by_tag(objects, truth.names, allowed)
     else:
-        space, vectors = _class_vectors(one, scene, truth, options)
+        space, vectors = _class_vectors(one, scene, truth, allowed, options)
         classes = protocol.classes_by_feature(objects, space, vectors, allowed)
     classes = np.where(settled >= 0, settled, classes)
     without = int((classes < 0).sum())
@@ -199,9 +200,11 @@ def _cloud(given: str, scene: SceneGraph, truth: LabelledCloud) -> NDArray[np.fl
 
 
 def _class_vectors(
-    one: Chosen, scene: SceneGraph, truth: LabelledCloud, options: Namespace
+    one: Chosen, scene: SceneGraph, truth: LabelledCloud, allowed: NDArray[np.bool_], options: Namespace
 ) -> tuple[str, NDArray[np.float32]]:
-    """(the feature space, (k, d) vectors of the class texts in it)."""
+    """(the feature space, (k, d) vectors of the class texts in it; zero for classes that are not allowed)."""
+    import numpy as np
+
     import cgdb
     from cgdb.cli import values
     from cgdb.meaning.encoders import Encoders
@@ -215,14 +218,15 @@ def _class_vectors(
             f"{one.name}: the scene has no feature space" + (f" '{options.space}'" if options.space else ""),
             hint=(did_you_mean(options.space or "", spaces) or f"it has {one_of(spaces)}") if spaces else "--by tag",
         )
-    texts = [options.template.replace("{c}", known.replace("_", " ")) for known in truth.names]
-    if options.vocabulary:
-        return name, Vocabulary.load(options.vocabulary).texts(texts)
     given = values.encoders(options.encoder)
-    if name not in given and truth.vectors is not None:
+    if not options.vocabulary and name not in given and truth.vectors is not None:
         return name, truth.vectors
-    with cgdb.open(one.store, text_encoder=None) as db:
-        encoder = Encoders(TextVectors(db.path / "texts.sqlite", read_only=True), spaces=given).space(spaces[name])
+    encoder: Encoder | CgdbError | None
+    if options.vocabulary:
+        encoder = Vocabulary.load(options.vocabulary)
+    else:
+        with cgdb.open(one.store, text_encoder=None) as db:
+            encoder = Encoders(TextVectors(db.path / "texts.sqlite", read_only=True), spaces=given).space(spaces[name])
     if isinstance(encoder, CgdbError):
         raise encoder
     if encoder is None:
@@ -230,7 +234,11 @@ def _class_vectors(
             f"{one.name}: the map does not say which encoder made its features '{name}'",
             hint=f"--encoder {name}=open_clip:MODEL:WEIGHTS, --vocabulary FILE with the classes' vectors, or --by tag",
         )
-    return name, encoder.texts(texts)
+    rows = np.flatnonzero(allowed)
+    made = encoder.texts([options.template.replace("{c}", truth.names[row].replace("_", " ")) for row in rows.tolist()])
+    vectors = np.zeros((len(allowed), made.shape[1]), np.float32)
+    vectors[rows] = made
+    return name, vectors
 
 
 def _semseg_row(name: str, one: SegmentationScore) -> list[str]:

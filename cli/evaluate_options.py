@@ -15,7 +15,8 @@ the truth, a labelled cloud:
              of each, -1 none; vectors (k, d) of the classes' texts
   NAME.ply   vertices with x, y, z and label and/or instance (or instance_id,
              object_id); or faces with object_id, as Replica's mesh_semantic.ply
-  FOLDER     a generated sequence (objects.npz); a scene of Replica or ScanNet
+  FOLDER     a scene of Replica or ScanNet; a generated sequence (objects.npz,
+             whose classes' vectors are the means of their true features)
 --names: nyu40 (known for *_vh_clean_2.labels.ply), or a JSON list of names,
 {"number": "name"}, or info_semantic.json (found beside mesh_semantic.ply)"""
 
