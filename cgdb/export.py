@@ -14,18 +14,35 @@ from typing import Any
 
 from cgdb.errors import ExportError, UsageError, did_you_mean, one_of
 from cgdb.export_document import Document
+from cgdb.export_glb import glb
 from cgdb.export_networkx import graphml, node_link, to_networkx
 from cgdb.export_planner import planner
+from cgdb.export_ply import ply
+from cgdb.export_rerun import rerun
 from cgdb.export_scene_json import scene_json
 from cgdb.scene import SceneGraph
 
-__all__ = ["EXPORTERS", "SUFFIXES", "Document", "Exported", "document", "dumps", "export", "format_of", "to_networkx"]
+__all__ = [
+    "EXPORTERS",
+    "SUFFIXES",
+    "Document",
+    "Exported",
+    "document",
+    "dumps",
+    "export",
+    "format_of",
+    "to_networkx",
+    "write_whole",
+]
 
 EXPORTERS: dict[str, Callable[..., Document]] = {
     "cgdb": scene_json,
     "planner": planner,
     "node-link": node_link,
     "graphml": graphml,
+    "ply": ply,
+    "glb": glb,
+    "rerun": rerun,
 }
 """Format name -> its function of a scene; the function's keyword parameters are the format's options."""
 
@@ -34,6 +51,9 @@ SUFFIXES: dict[str, str] = {
     ".node-link.json": "node-link",
     ".graphml": "graphml",
     ".json": "cgdb",
+    ".ply": "ply",
+    ".glb": "glb",
+    ".rrd": "rerun",
 }
 """End of a file's name -> format; the first that fits."""
 
@@ -58,12 +78,15 @@ def export(scene: SceneGraph, path: str | os.PathLike[str], format: str | None =
 
 
 def dumps(scene: SceneGraph, format: str = "cgdb", **options: Any) -> str:
-    """The scene as one text of the format. ``document`` gives the notes with it."""
-    return "".join(document(scene, format, **options).pieces)
+    """The scene as one text of the format. ``document`` gives the notes with it, and the bytes of binary formats."""
+    written = document(scene, format, **options)
+    if written.data is not None:
+        raise ExportError(f"the format '{format}' is binary: there is no text of it", hint="export it to a file")
+    return "".join(written.pieces)
 
 
 def document(scene: SceneGraph, format: str, **options: Any) -> Document:
-    """The scene as a text in pieces, with notes about what the format left out."""
+    """The scene as a text in pieces, or as bytes, with notes about what the format left out."""
     exporter = EXPORTERS.get(format)
     if exporter is None:
         raise ExportError(

@@ -247,6 +247,7 @@ def _asking(commands: Any) -> None:
     _parameters(query)
     _encoders(query)
     query.add_argument("--timeout", type=float, metavar="SECONDS", help="give up after so long")
+    _reranker(query)
     _formats(query)
 
     search = _command(
@@ -332,6 +333,7 @@ def _models(commands: Any) -> None:
     ask.add_argument("--image", metavar="FILE", help="a picture that the question speaks of")
     ask.add_argument("--scene", action="append", help="ask of this scene only (may be repeated)")
     ask.add_argument("--no-rerank", action="store_true", help="let the model translate, but not judge the candidates")
+    _reranker(ask)
     _conversation(ask)
     _encoders(ask)
     _formats(ask)
@@ -407,12 +409,14 @@ def _models(commands: Any) -> None:
     retrieval.add_argument(
         "--ways",
         default="encoder,built-in",
-        help="some of words, encoder, clip, meaning, built-in, model, model+rerank, whole-map (encoder,built-in)",
+        help="some of words, encoder, clip, meaning, built-in, embedding+cross, built-in+cross, model, model+rerank, "
+        "whole-map (encoder,built-in)",
     )
+    _reranker(retrieval)
+    retrieval.add_argument("--per-map", action="store_true", help="a table for each map, too")
     retrieval.add_argument("--save", default="retrieval.jsonl", metavar="FILE", help="every answer (retrieval.jsonl)")
-    retrieval.add_argument(
-        "--format", choices=("table", "json"), default="table", help="how scores are written (table)"
-    )
+    retrieval.add_argument("--resume", action="store_true", help="ask only what FILE does not hold yet")
+    retrieval.add_argument("--json", action="store_true", help="the scores as JSON on stdout")
     retrieval.add_argument("--quiet", action="store_true", help="no progress")
     _conversation(retrieval)
     _encoders(retrieval)
@@ -426,6 +430,14 @@ def _added(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="what was done, as JSON on stdout")
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
     _conversation(parser)
+
+
+def _reranker(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rerank",
+        metavar="NAME",
+        help="who reads the best rows once more: model, or cross: and a cross-encoder's folder or name",
+    )
 
 
 def _conversation(parser: argparse.ArgumentParser) -> None:
@@ -510,16 +522,21 @@ def _store(commands: Any) -> None:
         commands,
         "export",
         "stores:export",
-        "write a scene as planner JSON, cgdb JSON, node-link JSON or GraphML",
+        "write a scene as JSON for planners, cgdb JSON, a graph, or a 3D file",
         "cgdb export home.cgdb kitchen -o kitchen.json --format planner --decimals 2",
     )
     export.add_argument("store", metavar="STORE")
     export.add_argument("scene", metavar="SCENE", nargs="?", help="may be left out where there is only one")
-    export.add_argument("-o", "--output", default="-", metavar="FILE", help="the file to write; - is stdout (-)")
-    export.add_argument("--format", help="cgdb, planner, node-link or graphml; else by the file's ending")
+    export.add_argument(
+        "-o", "--output", "--into", default="-", metavar="FILE", help="the file to write; - is stdout (-)"
+    )
+    export.add_argument(
+        "--format", help="cgdb, planner, node-link, graphml, ply, glb or rerun; else by the file's ending"
+    )
     export.add_argument("--as-of", metavar="REVISION", help="the scene as of a revision or an ISO time")
     export.add_argument("--decimals", type=int, help="planner: decimals of coordinates (1)")
     export.add_argument("--max-tokens", type=int, help="planner: the budget in tokens")
+    export.add_argument("--max-points", type=int, metavar="N", help="ply, glb, rerun: points at most (5,000,000)")
     export.add_argument("--relations", action="store_true", help="planner: add the relations")
     export.add_argument("--skip-damaged", action="store_true", help="leave out damaged rows instead of refusing")
 

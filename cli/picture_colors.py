@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cgdb.cli import picture_style as style
 from cgdb.cli.picture_scene import CEILING, FLOOR, THING, WALL
 from cgdb.errors import UsageError
+from cgdb.export_cloud import distinct
 
 if TYPE_CHECKING:
     from cgdb.cli.picture_scene import PictureScene
@@ -47,7 +48,7 @@ def coloring(scene: PictureScene, by: str | None) -> Coloring:
     legend: tuple[tuple[str, str], ...] = ()
     scale = None
     if by == "instance":
-        items = style.distinct(len(scene.ids))
+        items = distinct(len(scene.ids))
     elif by == "score":
         items, scale = _by_score(scene)
     else:

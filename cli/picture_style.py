@@ -77,18 +77,6 @@ def rgb(colors: Any) -> NDArray[np.uint8]:
     return np.asarray(np.round(shares * 255), np.uint8)
 
 
-def distinct(n: int) -> NDArray[np.uint8]:
-    """(n, 3) uint8 colours, neighbours far apart: hues by the golden angle, three lightnesses in turn."""
-    import numpy as np
-    from matplotlib.colors import hsv_to_rgb
-
-    index = np.arange(n)
-    hue = (0.07 + index * 0.618033988749895) % 1.0
-    saturation = np.choose(index % 3, (0.62, 0.48, 0.75))
-    value = np.choose(index % 3, (0.82, 0.93, 0.62))
-    return np.asarray(hsv_to_rgb(np.stack([hue, saturation, value], axis=1).reshape(-1, 3)) * 255).astype(np.uint8)
-
-
 def blend(colors: NDArray[Any], towards: str, share: Any) -> NDArray[np.uint8]:
     """(n, 3) uint8 colours, moved towards another by a share of 0 to 1 each."""
     import numpy as np

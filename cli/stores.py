@@ -135,7 +135,7 @@ def export(options: Namespace) -> int:
         form = options.format or ("cgdb" if options.output == "-" else format_of(Path(options.output)))
         chosen = {
             option: value
-            for option in ("decimals", "max_tokens", "relations")
+            for option in ("decimals", "max_tokens", "max_points", "relations")
             if (value := getattr(options, option)) not in (None, False)
         }
         if options.output == "-":
@@ -143,7 +143,12 @@ def export(options: Namespace) -> int:
                 name, as_of=_moment(options.as_of), views=form == "cgdb", skip_damaged=options.skip_damaged
             )
             written = document(scene, form, **chosen)
-            render.write("".join(written.pieces).rstrip("\n"))
+            if written.data is None:
+                render.write("".join(written.pieces).rstrip("\n"))
+            elif sys.stdout.isatty():
+                raise UsageError(f"the format '{form}' is binary: a terminal cannot show it", hint="give it a FILE: -o")
+            else:
+                sys.stdout.buffer.writelines(written.data)
             notes = written.notes
         else:
             exported = db.export(

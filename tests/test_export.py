@@ -57,7 +57,7 @@ def test_an_unknown_format_has_a_hint() -> None:
     assert caught.value.hint == "did you mean 'graphml'?"
     with pytest.raises(ExportError) as caught:
         dumps(SCENE, "xyz")
-    assert "'cgdb', 'planner', 'node-link', 'graphml'" in str(caught.value.hint)
+    assert "'cgdb', 'planner', 'node-link', 'graphml', 'ply', 'glb', 'rerun'" in str(caught.value.hint)
 
 
 def test_an_unknown_option_has_a_hint() -> None:
@@ -176,10 +176,20 @@ def test_names_that_no_file_can_have(tmp_path: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("format", list(EXPORTERS))
+TEXTS = ("cgdb", "planner", "node-link", "graphml")
+
+
+@pytest.mark.parametrize("format", TEXTS)
 def test_every_format_writes_an_empty_scene_and_the_same_text_twice(format: str) -> None:
     empty = SceneGraph(name="empty")
     assert dumps(empty, format) == dumps(empty, format) != ""
     assert document(empty, format).notes == ()
     if format != "graphml":
         json.loads(dumps(empty, format))
+
+
+def test_a_binary_format_has_no_text() -> None:
+    assert set(EXPORTERS) - set(TEXTS) == {"ply", "glb", "rerun"}
+    with pytest.raises(ExportError, match="'ply' is binary"):
+        dumps(SCENE, "ply")
+    assert b"".join(document(SCENE, "ply").data or ()).startswith(b"ply\n")
