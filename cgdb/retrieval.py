@@ -18,8 +18,9 @@ from cgdb.judged import JudgedQuery
 from cgdb.meaning.embed import text_encoder
 from cgdb.model.llm import Model, ModelError, Usage
 from cgdb.model.llm_json import ask_json
-from cgdb.model.prompts import reranking_schema, whole_map
-from cgdb.model.rerank import judgement
+from cgdb.model.prompts import planner_schema, whole_map
+from cgdb.model.rerank import Reranker, judgement
+from cgdb.result import Row, StoredNode
 
 if TYPE_CHECKING:
     from cgdb.asked import Answer
@@ -44,14 +45,39 @@ class Outcome:
     error: str | None = None
 
 
-Way = Callable[["Database", str, Model | None], Outcome]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Helpers:
+    """What ways may need beside the map: a language model, a cross-encoder."""
+
+    model: Model | None = None
+    cross: Reranker | None = None
+
+    def the_model(self) -> Model:
+        """The language model. ExecuteError where there is none."""
+        if self.model is None:
+            raise ExecuteError(
+                "this way asks a language model, and none is configured",
+                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
+            )
+        return self.model
+
+    def the_cross(self) -> Reranker:
+        """The cross-encoder. ExecuteError where there is none."""
+        if self.cross is None:
+            raise ExecuteError(
+                "this way needs a cross-encoder, and none is named", hint="--rerank cross:FOLDER_OR_NAME"
+            )
+        return self.cross
 
 
-def asked(way: str, db: Database, query: str, model: Model | None) -> Outcome:
+Way = Callable[["Database", str, Helpers], Outcome]
+
+
+def asked(way: str, db: Database, query: str, helpers: Helpers) -> Outcome:
     """What a way answers to one query; an error is an outcome that names nothing."""
     started = time.perf_counter()
     try:
-        outcome = WAYS[way].run(db, query, model)
+        outcome = WAYS[way].run(db, query, helpers)
     except CgdbError as error:
         outcome = Outcome(ids=(), achievable=None, error=error.message)
     return Outcome(
@@ -64,12 +90,32 @@ def asked(way: str, db: Database, query: str, model: Model | None) -> Outcome:
     )
 
 
-def _encoder(db: Database, query: str, model: Model | None) -> Outcome:
+def _encoder(db: Database, query: str, helpers: Helpers) -> Outcome:
     """The nearest captions by the text encoder's cosine alone."""
-    objects = [obj for info in db.scenes() for obj in db.scene(info.name, features=False, clouds=False).objects]
+    return Outcome(ids=tuple(str(node.id) for node in _nearest_captions(db, query, MOST)), achievable=None)
+
+
+def _encoder_cross(db: Database, query: str, helpers: Helpers) -> Outcome:
+    """The nearest captions by the text encoder, in the order of a cross-encoder."""
+    cross = helpers.the_cross()
+    rows = [Row((node,), 1.0, True, tuple) for node in _nearest_captions(db, query, cross.most)]
+    ranked = cross.rerank(query, ("o",), rows)
+    return Outcome(
+        ids=tuple(str(node.id) for row in ranked.rows for node in row if isinstance(node, StoredNode)),
+        achievable=None,
+        usage=ranked.usage,
+    )
+
+
+def _nearest_captions(db: Database, query: str, most: int) -> list[StoredNode]:
+    objects = [
+        StoredNode(scene=info.name, id=obj.id, tag=obj.tag, tags=obj.tags, caption=obj.caption)
+        for info in db.scenes()
+        for obj in db.scene(info.name, features=False, clouds=False).objects
+    ]
     vectors = _vectors(tuple(obj.caption or obj.tag or "" for obj in objects))
     order = np.argsort(-(vectors @ text_encoder().texts([query])[0]), kind="stable")
-    return Outcome(ids=tuple(str(objects[i].id) for i in order[:MOST].tolist()), achievable=None)
+    return [objects[i] for i in order[:most].tolist()]
 
 
 @lru_cache(maxsize=2)
@@ -77,7 +123,7 @@ def _vectors(captions: tuple[str, ...]) -> NDArray[np.float32]:
     return text_encoder().texts(captions)
 
 
-def _clip(db: Database, query: str, model: Model | None) -> Outcome:
+def _clip(db: Database, query: str, helpers: Helpers) -> Outcome:
     """The nearest image features by the cosine of their encoder's text tower."""
     spaces = [space.name for info in db.scenes() for space in info.spaces]
     if not spaces:
@@ -86,22 +132,26 @@ def _clip(db: Database, query: str, model: Model | None) -> Outcome:
     return Outcome(ids=tuple(str(hit.id) for hit in hits), achievable=None)
 
 
-def _meaning(db: Database, query: str, model: Model | None) -> Outcome:
+def _meaning(db: Database, query: str, helpers: Helpers) -> Outcome:
     """``o ~ query``, with all the evidence that the store has open: encoders, or words and common knowledge alone."""
     result = db.query("MATCH (o ~ $q) RETURN o.id LIMIT $n", q=query, n=MOST)
     return Outcome(ids=tuple(str(row[0]) for row in result), achievable=not result.nothing_fits)
 
 
-def _built_in(db: Database, query: str, model: Model | None) -> Outcome:
+def _built_in(db: Database, query: str, helpers: Helpers) -> Outcome:
     return _of_answer(db.ask(query, model=False))
 
 
-def _translated(db: Database, query: str, model: Model | None) -> Outcome:
-    return _of_answer(db.ask(query, model=_needed(model), rerank=False))
+def _built_in_cross(db: Database, query: str, helpers: Helpers) -> Outcome:
+    return _of_answer(db.ask(query, model=False, rerank=helpers.the_cross()))
 
 
-def _reranked(db: Database, query: str, model: Model | None) -> Outcome:
-    return _of_answer(db.ask(query, model=_needed(model)))
+def _translated(db: Database, query: str, helpers: Helpers) -> Outcome:
+    return _of_answer(db.ask(query, model=helpers.the_model(), rerank=False))
+
+
+def _reranked(db: Database, query: str, helpers: Helpers) -> Outcome:
+    return _of_answer(db.ask(query, model=helpers.the_model()))
 
 
 def _of_answer(answer: Answer) -> Outcome:
@@ -113,11 +163,11 @@ def _of_answer(answer: Answer) -> Outcome:
     return Outcome(ids=tuple(ids), achievable=answer.achievable, usage=answer.usage, record=record)
 
 
-def _whole_map(db: Database, query: str, model: Model | None) -> Outcome:
-    """The paper's way: all objects of the map in the prompt."""
+def _whole_map(db: Database, query: str, helpers: Helpers) -> Outcome:
+    """The paper's way: all objects of the map in the prompt, each with the five fields of its Listing 4."""
     import json
 
-    model = _needed(model)
+    model = helpers.the_model()
     objects: list[Any] = []
     for info in db.scenes():
         objects += json.loads("".join(planner(db.scene(info.name, features=False, clouds=False)).pieces))
@@ -125,7 +175,7 @@ def _whole_map(db: Database, query: str, model: Model | None) -> Outcome:
     meter = model.meter()
     try:
         answer = ask_json(
-            model, whole_map(query, objects), meter, name="plan", schema=reranking_schema(ids), max_tokens=700
+            model, whole_map(query, objects), meter, name="plan", schema=planner_schema(ids), max_tokens=700
         )
         said = judgement(answer, ids)
     except ModelError as error:
@@ -135,31 +185,29 @@ def _whole_map(db: Database, query: str, model: Model | None) -> Outcome:
     return Outcome(ids=named, achievable=said.query_achievable, usage=meter.usage, record=record)
 
 
-def _needed(model: Model | None) -> Model:
-    if model is None:
-        raise ExecuteError(
-            "this way asks a language model, and none is configured",
-            hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
-        )
-    return model
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """needs_model: a language model. encoders: whether the store may use its text encoder."""
+    """needs_model: a language model; needs_cross: a cross-encoder. encoders: whether the store may encode texts."""
 
     run: Way
     says: str
     needs_model: bool = False
+    needs_cross: bool = False
     encoders: bool = True
 
 
 WAYS: Mapping[str, Kind] = {
     "words": Kind(run=_meaning, says="`o ~ query` by words and common knowledge, no encoder", encoders=False),
     "encoder": Kind(run=_encoder, says="cosine of the text encoder between query and caption, alone"),
+    "embedding+cross": Kind(
+        run=_encoder_cross, says="the nearest by the text encoder, in the order of a cross-encoder", needs_cross=True
+    ),
     "clip": Kind(run=_clip, says="cosine in the map's image features, alone"),
     "meaning": Kind(run=_meaning, says="`o ~ query`, the whole question as one meaning"),
     "built-in": Kind(run=_built_in, says="the built-in translator"),
+    "built-in+cross": Kind(
+        run=_built_in_cross, says="the built-in translator, in the order of a cross-encoder", needs_cross=True
+    ),
     "model": Kind(run=_translated, says="a model translates", needs_model=True),
     "model+rerank": Kind(run=_reranked, says="a model translates and re-ranks", needs_model=True),
     "whole-map": Kind(run=_whole_map, says="a model reads the whole map, as in the paper", needs_model=True),

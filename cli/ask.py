@@ -28,7 +28,7 @@ def ask(options: Namespace) -> int:
     with cgdb.open(options.store, space_encoders=encoders) as db:
         values.check_spaces(db, encoders)
         answer = db.ask(
-            question or "", model=model, image=options.image, rerank=not options.no_rerank, scenes=options.scene or ()
+            question or "", model=model, image=options.image, rerank=_reranker(options), scenes=options.scene or ()
         )
         form = options.format or "table"
         if form == "json":
@@ -68,6 +68,26 @@ def chosen(options: Namespace) -> Model | bool:
     return True
 
 
+def _reranker(options: Namespace) -> bool | str:
+    if options.no_rerank and options.rerank:
+        raise UsageError("--rerank and --no-rerank exclude each other")
+    return options.rerank or not options.no_rerank
+
+
+def needed_model(options: Namespace) -> Model:
+    """The model that the options of a command name. UsageError where there is none."""
+    from cgdb.model.rerank import configured
+
+    given = chosen(options)
+    found = configured() if given is True else None if given is False else given
+    if found is None:
+        raise UsageError(
+            "some of these ways ask a language model, and none is configured",
+            hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or leave them out of --ways",
+        )
+    return found
+
+
 def show(answer: Answer, *, why: bool = False, everything: bool = False) -> None:
     """An answer for a person: the reason, the rows, the statement that was run, and what it cost."""
     from rich.text import Text
@@ -90,11 +110,6 @@ def cost(answer: Answer) -> str:
     who = "the built-in translator" if answer.how == "built-in" else f"{answer.model}, held to CGQL by {answer.how}"
     if answer.how == "text":
         who = f"{answer.model}, in free text"
-    if not usage.calls:
-        return f"by {who}"
-    about = "about " if usage.estimated else ""
-    calls = f"{usage.calls} call{'s' if usage.calls != 1 else ''}"
-    return (
-        f"by {who}{', re-ranked' if answer.reranked else ''}: {calls}, "
-        f"{about}{usage.prompt_tokens:,} + {usage.completion_tokens:,} tokens, {usage.seconds:.1f} s"
-    )
+    if answer.reranked:
+        who += ", re-ranked" + (f" by {answer.reranker}" if answer.reranker != answer.model else "")
+    return f"by {who}: {usage}" if usage.calls or usage.seconds else f"by {who}"

@@ -30,6 +30,10 @@ def query(options: Namespace) -> int:
     with cgdb.open(options.store, space_encoders=encoders) as db:
         values.check_spaces(db, encoders)
         try:
+            if options.rerank:
+                from cgdb.model.rerank import named
+
+                db.reranker = named(options.rerank)
             result = db.query(text, values.parameters(options.parameters), limits=limits)
         except ParseError as error:
             if _PLAIN.match(text):
@@ -37,6 +41,8 @@ def query(options: Namespace) -> int:
             raise
         warn(result.warnings)
         show(result, options.format or "table", why=options.why, everything=options.all)
+        if result.usage is not None:
+            sys.stderr.write(f"re-ranked in {result.usage}\n")
     return 0
 
 

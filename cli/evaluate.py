@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import ask, render, values
@@ -17,13 +16,18 @@ from cgdb.errors import UsageError, did_you_mean, one_of
 from cgdb.judged import JudgedQuery, chosen, judgements
 
 if TYPE_CHECKING:
-    from cgdb.model.llm import Model
-    from cgdb.retrieval import Outcome, Scores, Share
+    from cgdb.answers_kept import Kept
+    from cgdb.model.rerank import Reranker
+    from cgdb.retrieval import Helpers, Outcome, Scores, Share
+
+Results = dict[str, list[tuple[JudgedQuery, "Outcome"]]]
+"""{way: (query, what it answered)}."""
 
 
 def retrieval(options: Namespace) -> int:
     """Ask every query in every way, save the answers, and print the scores."""
-    from cgdb.retrieval import WAYS, scores
+    from cgdb.answers_kept import kept
+    from cgdb.retrieval import WAYS, Helpers, scores
 
     ways = [way.strip() for way in options.ways.split(",") if way.strip()]
     for way in ways:
@@ -33,21 +37,34 @@ def retrieval(options: Namespace) -> int:
         raise UsageError("--ways names none", hint=f"some of {one_of(WAYS)}")
     file = Path(options.judgements)
     maps = chosen(judgements(file), file, [Path(path) for path in options.maps])
-    model = _model(options, any(WAYS[way].needs_model for way in ways))
-    results: dict[str, list[tuple[JudgedQuery, Outcome]]] = {way: [] for way in ways}
-    with _saving(options.save) as save:
+    needs_model = any(WAYS[way].needs_model for way in ways)
+    helpers = Helpers(
+        model=ask.needed_model(options) if needs_model else None,
+        cross=_cross(options.rerank) if any(WAYS[way].needs_cross for way in ways) else None,
+    )
+    found: dict[str, Results] = {}
+    with kept(Path(options.save), resume=options.resume) as saved:
         for number, (name, path, queries) in enumerate(maps, start=1):
             _say(f"{number}/{len(maps)} {name}: {len(queries)} queries", options)
-            for encoders in (True, False):
-                some = [way for way in ways if WAYS[way].encoders == encoders]
-                if some:
-                    _one_map(path, name, queries, some, model, encoders, results, save, options)
-    table = [line for way in ways for line in scores(way, results[way])]
-    if options.format == "json":
-        render.write(json.dumps([line.to_dict() for line in table], indent=2))
-    else:
-        _print(table)
-        _say(f"every answer is in {options.save}", options)
+            found[name] = _one_map(path, name, queries, ways, helpers, saved, options)
+    every: Results = {way: [pair for results in found.values() for pair in results[way]] for way in ways}
+    parts = {"all maps" if len(maps) > 1 else maps[0][0]: every}
+    if options.per_map and len(maps) > 1:
+        parts = {**found, **parts}
+    if options.json:
+        lines = [
+            {"map": name, **line.to_dict()}
+            for name, results in parts.items()
+            for way in ways
+            for line in scores(way, results[way])
+        ]
+        render.write(json.dumps(lines, indent=2))
+        return 0
+    for name, results in parts.items():
+        if len(parts) > 1:
+            render.console().print(f"\n{render.clean(name)}", markup=False, style="bold")
+        _print([line for way in ways for line in scores(way, results[way])])
+    _say(f"every answer is in {options.save}", options)
     return 0
 
 
@@ -56,99 +73,74 @@ def _one_map(
     name: str,
     queries: Sequence[JudgedQuery],
     ways: Sequence[str],
-    model: Model | None,
-    encoders: bool,
-    results: dict[str, list[tuple[JudgedQuery, Outcome]]],
-    save: TextIO,
+    helpers: Helpers,
+    saved: Kept,
     options: Namespace,
-) -> None:
+) -> Results:
+    """What each way answers to the queries of a map, which is opened only where something was not answered before."""
     from cgdb import ingest
     from cgdb.meaning.embed import TEXT_MODEL
-    from cgdb.retrieval import asked
+    from cgdb.retrieval import WAYS, asked
 
-    with (
-        TemporaryDirectory(prefix="cgdb-eval-") as folder,
-        cgdb.open(
-            Path(folder) / "map.cgdb",
-            create=True,
-            text_encoder=TEXT_MODEL if encoders else None,
-            space_encoders=values.encoders(options.encoder),
-        ) as db,
-    ):
-        db.add(ingest.load(path))
-        for way in ways:
-            for query in queries:
-                outcome = asked(way, db, query.query, model)
-                results[way].append((query, outcome))
-                line = {
-                    "map": name,
-                    "query": query.id,
-                    "kind": query.kind,
-                    "text": query.query,
-                    "way": way,
-                    "ids": list(outcome.ids),
-                    "grades": [query.relevant.get(i, 0) for i in outcome.ids],
-                    "relevant": dict(query.relevant),
-                    "achievable": outcome.achievable,
-                    "seconds": round(outcome.seconds, 4),
-                    "usage": outcome.usage.to_dict(),
-                    "error": outcome.error,
-                    **({"answer": dict(outcome.record)} if outcome.record else {}),
-                }
-                save.write(json.dumps(line, ensure_ascii=False) + "\n")
-                save.flush()
+    before = {(way, query.id): saved.find(name, way, query) for way in ways for query in queries}
+    results: Results = {way: [] for way in ways}
+    for encoders in (True, False):
+        some = [way for way in ways if WAYS[way].encoders == encoders]
+        results |= {way: [(q, o) for q in queries if (o := before[way, q.id]) is not None] for way in some}
+        if all(len(results[way]) == len(queries) for way in some):
+            continue
+        with (
+            TemporaryDirectory(prefix="cgdb-eval-") as folder,
+            cgdb.open(
+                Path(folder) / "map.cgdb",
+                create=True,
+                text_encoder=TEXT_MODEL if encoders else None,
+                space_encoders=values.encoders(options.encoder),
+            ) as db,
+        ):
+            db.add(ingest.load(path))
+            for way in some:
+                for query in (query for query in queries if before[way, query.id] is None):
+                    outcome = asked(way, db, query.query, helpers)
+                    results[way].append((query, outcome))
+                    saved.add(name, way, query, outcome)
+    return results
 
 
-def _model(options: Namespace, needed: bool) -> Model | None:
-    from cgdb.model.rerank import configured
+def _cross(name: str | None) -> Reranker:
+    from cgdb.model.rerank import CROSS, named
 
-    if not needed:
-        return None
-    given = ask.chosen(options)
-    found = configured() if given is True else None if given is False else given
-    if found is None:
+    if name is None or not name.startswith(CROSS):
         raise UsageError(
-            "some of these ways ask a language model, and none is configured",
-            hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or leave them out of --ways",
+            "some of these ways need a cross-encoder",
+            hint="--rerank cross:FOLDER_OR_NAME, such as cross:cross-encoder/ms-marco-MiniLM-L6-v2",
         )
-    return found
-
-
-@contextmanager
-def _saving(path: str) -> Iterator[TextIO]:
-    try:
-        with Path(path).open("w", encoding="utf-8") as file:
-            yield file
-    except IsADirectoryError:
-        raise UsageError(f"{path} is a folder", hint="--save takes a file") from None
-    except FileNotFoundError:
-        raise UsageError(f"there is no folder {Path(path).parent}") from None
+    return named(name)
 
 
 def _print(table: Sequence[Scores]) -> None:
-    columns = ("way", "kind", "n", "R@1", "95 %", "R@2", "R@3", "MRR", "no P", "no R", "tokens", "calls", "s", "err")
+    """Two tables, each of less than 80 characters: how good the order is, and what it took."""
     rows: list[tuple[Any, ...]] = []
     before = None
     for line in table:
-        rows.append(
-            (
-                line.way if line.way != before else "",
-                line.kind,
-                str(line.mrr.n),
-                _shown(line.recall[1]),
-                f"{line.recall[1].low:.2f}-{line.recall[1].high:.2f}" if line.mrr.n else "-",
-                _shown(line.recall[2]),
-                _shown(line.recall[3]),
-                _shown(line.mrr),
-                *("-" if part is None else f"{part:.2f}" for part in line.nothing),
-                f"{line.tokens:,.0f}",
-                f"{line.calls:.1f}",
-                f"{line.seconds:.2f}",
-                str(line.errors) if line.errors else "",
-            )
-        )
+        interval = f"{line.recall[1].low:.2f}-{line.recall[1].high:.2f}" if line.mrr.n else "-"
+        numbers = (_shown(line.recall[1]), interval, *(_shown(line.recall[k]) for k in (2, 3)), _shown(line.mrr))
+        rows.append((line.way if line.way != before else "", line.kind, str(line.mrr.n), *numbers))
         before = line.way
-    render.table(render.console(), columns, rows)
+    out = render.console()
+    render.table(out, ("way", "kind", "n", "R@1", "95 %", "R@2", "R@3", "MRR"), rows)
+    costs: list[tuple[Any, ...]] = []
+    for line in (line for way in dict.fromkeys(line.way for line in table) for line in _whole(table, way)):
+        nothing = ("-" if part is None else f"{part:.2f}" for part in line.nothing)
+        took = (f"{line.tokens:,.0f}", f"{line.calls:.1f}", f"{line.seconds:.2f}", str(line.errors or "-"))
+        costs.append((line.way, f"{line.n_nothing} of {line.queries}", *nothing, *took))
+    out.print()
+    render.table(out, ("way", "no answer", "no P", "no R", "tokens", "calls", "s", "errors"), costs)
+
+
+def _whole(table: Sequence[Scores], way: str) -> Sequence[Scores]:
+    """The line of a way over every kind of queries."""
+    return [line for line in table if line.way == way][-1:]
 
 
 def _shown(share: Share) -> str:
