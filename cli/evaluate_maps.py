@@ -129,11 +129,11 @@ def semseg(options: Namespace) -> int:
     if options.json:
         _semseg_json(scores)
         return 0
-    columns = ("scene", "mAcc", "F-mIoU", "mIoU", "mPrec", "mF1", "classes", "points", "no class")
+    columns = ("scene", "mAcc", "F-mIoU", "mIoU", "mPrec", "mF1", "classes", "points", "none")
     rows = [_semseg_row(name, one) for name, one in scores]
     if len(parts) > 1:
         rows.append(_semseg_means([one for _, one in scores[:-1]]))
-    table("Semantic segmentation, % (all: the points of all scenes together)", columns, rows)
+    table("Semantic segmentation, % (all: points of all scenes; none: given no class)", columns, rows)
     _per_class(scores[-1][1])
     return 0
 
