@@ -248,7 +248,6 @@ def _asking(commands: Any) -> None:
     _encoders(query)
     query.add_argument("--timeout", type=float, metavar="SECONDS", help="give up after so long")
     _reranker(query)
-    _reranker(query)
     _formats(query)
 
     search = _command(
@@ -334,7 +333,6 @@ def _models(commands: Any) -> None:
     ask.add_argument("--image", metavar="FILE", help="a picture that the question speaks of")
     ask.add_argument("--scene", action="append", help="ask of this scene only (may be repeated)")
     ask.add_argument("--no-rerank", action="store_true", help="let the model translate, but not judge the candidates")
-    _reranker(ask)
     _reranker(ask)
     _conversation(ask)
     _encoders(ask)
@@ -432,14 +430,6 @@ def _added(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="what was done, as JSON on stdout")
     parser.add_argument("--quiet", action="store_true", help="no progress, no summary")
     _conversation(parser)
-
-
-def _reranker(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--rerank",
-        metavar="NAME",
-        help="who reads the best rows once more: model, or cross: and a cross-encoder's folder or name",
-    )
 
 
 def _reranker(parser: argparse.ArgumentParser) -> None:
