@@ -34,17 +34,18 @@ def chosen(stores: Sequence[str], wanted: Sequence[str] | None) -> list[Chosen]:
     there: list[tuple[str, str]] = []
     for store in stores:
         with cgdb.open(store, text_encoder=None) as db:
-            there += [(store, info.name) for info in db.scenes()]
+            scenes = [(store, info.name) for info in db.scenes()]
+        if not scenes:
+            raise UsageError(f"{store}: the store holds no scene to evaluate")
+        there += scenes
     for name in wanted or ():
         if name not in {scene for _, scene in there}:
             known = [scene for _, scene in there]
             raise UsageError(
                 f"there is no scene '{name[:80]}'",
-                hint=did_you_mean(name, known) or (f"there are {one_of(known)}" if known else "the store is empty"),
+                hint=did_you_mean(name, known) or f"there are {one_of(known)}",
             )
     taken = [(store, scene) for store, scene in there if not wanted or scene in wanted]
-    if not taken:
-        raise UsageError(f"{', '.join(stores)[:200]}: there is no scene to evaluate")
     names = [scene for _, scene in taken]
     return [
         Chosen(store=store, scene=scene, name=scene if names.count(scene) == 1 else f"{Path(store).name}: {scene}")

@@ -233,3 +233,11 @@ def test_a_map_without_clouds_says_so(truths: Path, tmp_path: Path, capsys: pyte
     for what in (("mapping",), ("semseg", "--by", "tag")):
         _, err = said(capsys, what[0], str(tmp_path / "plain.cgdb"), "--truth", str(truths), *what[1:], code=2)
         assert "has points" in err
+
+
+def test_an_empty_store_is_not_passed_over(
+    stores: tuple[str, str], truths: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cgdb.open(tmp_path / "empty.cgdb", create=True, text_encoder=None).close()
+    _, err = said(capsys, "mapping", stores[0], str(tmp_path / "empty.cgdb"), "--truth", str(truths), code=2)
+    assert "empty.cgdb: the store holds no scene" in err
