@@ -194,7 +194,10 @@ def _mapping(commands: Any) -> None:
     mapping.add_argument("--size", metavar="WxH", help="bring frames to this size (that of the depth)")
     mapping.add_argument("--up", choices=("x", "y", "z", "-x", "-y", "-z"), help="the map's axis against gravity")
     mapping.add_argument(
-        "--detections", metavar="PATH", help="files made earlier; geometry, without a model; models:SAM,CLIP, by name"
+        "--detections",
+        metavar="PATH",
+        help="files made earlier; geometry, without a model; models:sam=MODEL,clip=MODEL, which segment all there is; "
+        "models:tags=FILE,dino=MODEL,sam=MODEL,clip=MODEL, which find what FILE names (or clip:FILE, caption:MODEL)",
     )
     mapping.add_argument("--detection-kind", metavar="KIND", help="what these are, where their files do not tell")
     mapping.add_argument("--encoder", help="the encoder of the features, such as open_clip:ViT-H-14:laion2b_s32b_b79k")

@@ -169,6 +169,8 @@ class _Job:
             return
         for reason, count in (self.bad + self.recording.skipped).most_common(5):
             self._say(f"note: {count} frames left out: {reason}")
+        for doubt, count in self.recording.doubts.most_common(3):
+            self._say(f"note: {doubt}" + (f" ({count} frames)" if count > 1 else ""))
         what = "nothing new" if revision is None else f"revision {revision}"
         self._say(
             f"{self.options.sequence}: scene '{self.name}', {mapped} frames, {len(scene.objects)} objects, "
@@ -207,10 +209,9 @@ def _detector(options: Namespace, recording: Recording) -> Detector:
     if options.detections == "geometry":
         return GeometricDetector(up=options.up or recording.up)
     if options.detections and options.detections.startswith("models:"):
-        from cgdb.ingest.detections.models import load_detector
+        from cgdb.ingest.detections.models import chosen, load_detector
 
-        segmenter, _, describer = options.detections.removeprefix("models:").partition(",")
-        return load_detector(segmenter or "facebook/sam-vit-huge", describer or "laion/CLIP-ViT-H-14-laion2B-s32B-b79K")
+        return load_detector(chosen(options.detections.removeprefix("models:")))
     found = find_detections(
         Path(options.sequence),
         path=Path(options.detections) if options.detections else None,

@@ -1,19 +1,22 @@
 """Detections by models: something that proposes masks, something that says what a picture looks like, put together.
 
-The models are those of the paper's class-agnostic variant, loaded through transformers: Segment Anything with a grid of
-points for masks, CLIP (or DINOv2) for crops. Anything with the same two calls will do.
+The models are the paper's, loaded through transformers. For masks: Segment Anything with a grid of points (CG, `sam`),
+or names that are found by Grounding DINO and cut out by Segment Anything (CG-D, `grounding` over `tags`). For crops:
+CLIP or DINOv2 (`clip`). Anything with the same two calls will do.
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.errors import EncoderError, MissingExtraError
+from cgdb.errors import EncoderError, MissingExtraError, UsageError, did_you_mean
 from cgdb.ingest.detections.detections import Detections, checked
 from cgdb.ingest.frames.recording import Frame
 
@@ -52,6 +55,15 @@ class Describer(Protocol):
         ...
 
 
+@runtime_checkable
+class TextDescriber(Describer, Protocol):
+    """Turns texts into vectors of the same space, too."""
+
+    def texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """(n, d) float32 for n texts, of unit length."""
+        ...
+
+
 class ModelDetector:
     """A detector of a segmenter and a describer."""
 
@@ -74,12 +86,17 @@ class ModelDetector:
         if not len(made):
             return made
         features = self._describer([crop(frame.rgb, box) for box in made.xyxy])
+        # Names have vectors too, by which the map tells things of different names apart.
+        names = None
+        if isinstance(self._describer, TextDescriber) and self._describer.space == "clip" and all(made.labels):
+            names = self._describer.texts(made.labels)
         return checked(
             masks,
             where=frame.name,
             confidence=made.confidence,
             labels=made.labels,
             features=features,
+            text_features=names,
             space=self._describer.space,
         )
 
@@ -93,15 +110,78 @@ def crop(rgb: NDArray[np.uint8], box: NDArray[np.float32]) -> NDArray[np.uint8]:
     ]
 
 
-def load_detector(segmenter: str, describer: str) -> ModelDetector:
-    """A detector of two models by their names on the Hugging Face hub, or folders they were saved to.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """Models by their names on the Hugging Face hub, or the folders that they were saved to.
 
-    MissingExtraError without transformers; EncoderError where a model cannot be had.
+    sam: what makes masks, a sam or sam2. clip: what describes crops, a clip or dinov2. tags: where the names of things
+    come from: a FILE, clip:FILE (the nearest of it, frame by frame) or caption:MODEL; without them a grid of points
+    asks sam for all that there is. dino: what finds named things. box, text, overlap: its thresholds.
     """
-    from cgdb.ingest.detections.clip import load_describer
-    from cgdb.ingest.detections.sam import load_sam
 
-    return ModelDetector(load_sam(segmenter), load_describer(describer))
+    sam: str = "facebook/sam-vit-huge"
+    clip: str = "laion/CLIP-ViT-H-14-laion2B-s32B-b79K"
+    dino: str | None = None
+    tags: str | None = None
+    box: float = 0.25
+    text: float = 0.25
+    overlap: float = 0.5
+
+
+FINDER = "IDEA-Research/grounding-dino-tiny"
+THRESHOLDS = ("box", "text", "overlap")
+
+
+def chosen(text: str) -> Choice:
+    """The models that "sam=MODEL,clip=MODEL,dino=MODEL,tags=FILE,box=0.25" names, all of it optional, or "SAM,CLIP".
+
+    UsageError where it says something else.
+    """
+    parts = [part.strip() for part in text.split(",")] if text.strip() else []
+    if parts and not any("=" in part for part in parts) and len(parts) <= 2:
+        parts = [f"{key}={part}" for key, part in zip(("sam", "clip"), parts, strict=False) if part]
+    given: dict[str, Any] = {}
+    for part in parts:
+        key, equals, value = part.partition("=")
+        if not equals or not value or key not in Choice.__dataclass_fields__ or key in given:
+            known = ", ".join(f"{name}=" for name in Choice.__dataclass_fields__)
+            wrong = "is given twice" if key in given else "is none of its parts"
+            raise UsageError(
+                f"models:{text[:100]}: '{part[:100]}' {wrong}",
+                hint=did_you_mean(key, Choice.__dataclass_fields__) or f"NAME=VALUE, with commas between: {known}",
+            )
+        given[key] = _share(key, value) if key in THRESHOLDS else value
+    if "tags" not in given and ("dino" in given or any(key in given for key in THRESHOLDS)):
+        raise UsageError(
+            f"models:{text[:100]}: Grounding DINO must be told what to look for",
+            hint="tags=FILE with a name on each line, tags=clip:FILE or tags=caption:MODEL",
+        )
+    return Choice(**given)
+
+
+def _share(key: str, value: str) -> float:
+    try:
+        share = float(value)
+    except ValueError:
+        share = -1.0
+    if not 0 <= share <= 1:
+        raise UsageError(f"{key}={value[:40]}: must be a number from 0 to 1")
+    return share
+
+
+def load_detector(choice: Choice) -> ModelDetector:
+    """The detector of these models. MissingExtraError without transformers; EncoderError where one cannot be had."""
+    from cgdb.ingest.detections.clip import load_describer
+    from cgdb.ingest.detections.grounding import Finding, NamedThings, load_finder
+    from cgdb.ingest.detections.sam import SamGrid, load_sam
+    from cgdb.ingest.detections.tags import load_tagger
+
+    if choice.tags is None:
+        return ModelDetector(SamGrid(load_sam(choice.sam)), load_describer(choice.clip))
+    describer = load_describer(choice.clip)
+    tagger = load_tagger(choice.tags, describer)
+    finder = load_finder(choice.dino or FINDER, Finding(box=choice.box, text=choice.text, overlap=choice.overlap))
+    return ModelDetector(NamedThings(tagger, finder, load_sam(choice.sam)), describer)
 
 
 def transformers() -> tuple[Any, Any]:
@@ -118,13 +198,19 @@ def transformers() -> tuple[Any, Any]:
 
 def loaded(kind: Any, name: str) -> Any:
     """A model or processor of a class, by name. EncoderError where it cannot be had."""
+    hub = logging.getLogger("huggingface_hub")
+    before = hub.level
+    hub.setLevel(logging.ERROR)  # it tells of every try to reach a network that is not there
     try:
         return kind.from_pretrained(name)
-    except (OSError, ValueError, KeyError) as error:
-        first = (str(error) or type(error).__name__).splitlines()[0][:200]
+    except Exception as error:  # noqa: BLE001  transformers, torch and the hub's client raise errors of many kinds
+        first = (str(error).strip() or type(error).__name__).splitlines()[0][:200]
         raise EncoderError(
-            f"the model '{name}' cannot be loaded: {first}", hint="the name of a model on the hub, or a folder"
-        ) from error
+            f"the model '{name}' cannot be loaded: {first}",
+            hint="the name of a model on the hub, once downloaded with a network, or a folder it was saved to",
+        ) from None
+    finally:
+        hub.setLevel(before)
 
 
 def device_of(torch: Any) -> tuple[Any, Any]:

@@ -1,14 +1,22 @@
-"""Segment Anything with a grid of points: every point asks for the things under it, and what is sure and new stays."""
+"""Segment Anything, 1 or 2, asked with a grid of points (the paper's CG) or with boxes (its CG-D)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cgdb.errors import EncoderError
+from cgdb.ingest.detections.detections import boxes_of
 from cgdb.ingest.detections.models import Proposals, device_of, loaded, transformers
+from cgdb.ingest.detections.overlap import distinct
+
+AT_ONCE = 48
+"""Masks that are brought to the size of the picture at a time: each takes 4 MB on the way, and 4 bytes a pixel."""
+BOXES = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,79 +33,100 @@ class Grid:
     batch: int = 36
 
 
-def load_sam(name: str, grid: Grid | None = None) -> SamGrid:
-    """The model of that name. MissingExtraError, EncoderError."""
+def load_sam(name: str) -> Sam:
+    """The model of that name. MissingExtraError; EncoderError where it cannot be had, or is another kind of model."""
     _, library = transformers()
-    return SamGrid(loaded(library.SamModel, name), loaded(library.SamProcessor, name), name, grid)
+    kind = loaded(library.AutoConfig, name).model_type
+    classes = {"sam": ("SamModel", "SamProcessor")}
+    # Checkpoints of SAM 2 are published as trackers, of which the model of single pictures is a part.
+    classes |= dict.fromkeys(("sam2", "sam2_video"), ("Sam2Model", "Sam2Processor"))
+    if kind not in classes:
+        raise EncoderError(f"the model '{name}' is a {kind}; masks are made by a sam or sam2")
+    if not hasattr(library, classes[kind][0]):
+        raise EncoderError(f"the model '{name}' needs a newer transformers", hint="pip install -U transformers")
+    model, processor = (loaded(getattr(library, which), name) for which in classes[kind])
+    return Sam(model, processor, name)
 
 
-class SamGrid:
-    """A segmenter. model: a SamModel; processor: its SamProcessor."""
+class Sam:
+    """Masks for prompts. model: a SamModel or Sam2Model; processor: its own."""
 
-    def __init__(self, model: Any, processor: Any, name: str, grid: Grid | None = None) -> None:
+    def __init__(self, model: Any, processor: Any, name: str) -> None:
         self._torch, _ = transformers()
         self._device, self._dtype = device_of(self._torch)
         self._model = model.to(self._device, self._dtype).eval()
         self._processor = processor
-        self.grid = grid or Grid()
         self.name = f"segment anything ({name})"
+
+    def answers(self, rgb: NDArray[np.uint8], kind: str, prompts: list[Any], batch: int) -> Iterator[tuple[Any, Any]]:
+        """(masks (k, 3, h', w') as logits, their expected quality (k, 3)) for batches of prompts, in order.
+
+        kind: "input_points", each prompt [[x, y]], or "input_boxes", each [left, top, right, bottom], in pixels. The
+        picture is looked at once.
+        """
+        inputs = self._processor(images=rgb, return_tensors="pt", **{kind: [prompts]})
+        self._sizes = inputs["original_sizes"], inputs.get("reshaped_input_sizes")
+        scaled = inputs[kind].to(self._device, self._dtype)
+        embedding = self._model.get_image_embeddings(inputs["pixel_values"].to(self._device, self._dtype))
+        for start in range(0, len(prompts), batch):
+            some = {kind: scaled[:, start : start + batch]}
+            answer = self._model(image_embeddings=embedding, multimask_output=True, **some)
+            yield answer.pred_masks[0], answer.iou_scores[0].float()
+
+    def enlarged(self, logits: Any) -> Iterator[Any]:
+        """Logits (k, h', w') at the size of the picture that was looked at last, some at a time."""
+        original, reshaped = self._sizes
+        for start in range(0, len(logits), AT_ONCE):
+            some = [logits[start : start + AT_ONCE, None].float()]
+            if reshaped is None:
+                (made,) = self._processor.post_process_masks(some, original, binarize=False)
+            else:
+                (made,) = self._processor.image_processor.post_process_masks(some, original, reshaped, binarize=False)
+            yield made[:, 0]
+
+
+class SamGrid:
+    """A segmenter: every point of a grid asks for the things under it, and what is sure, firm and new stays."""
+
+    def __init__(self, sam: Sam, grid: Grid | None = None) -> None:
+        self._sam = sam
+        self.grid = grid or Grid()
+        self.name = sam.name
 
     def __call__(self, rgb: NDArray[np.uint8]) -> Proposals:
         """The masks of a picture."""
-        torch, grid = self._torch, self.grid
+        grid = self.grid
         height, width = rgb.shape[:2]
         steps = (np.arange(grid.side) + 0.5) / grid.side
-        points = np.stack(np.meshgrid(steps * width, steps * height), axis=-1).reshape(-1, 1, 2)
-        masks, scores = [], []
+        points = np.stack(np.meshgrid(steps * width, steps * height), axis=-1).reshape(-1, 1, 2).tolist()
+        masks, scores = [np.zeros((0, height, width), np.bool_)], [np.zeros(0, np.float32)]
+        with transformers()[0].inference_mode():
+            for logits, quality in self._sam.answers(rgb, "input_points", points, grid.batch):
+                # What is not sure is most of it, and is not worth enlarging.
+                sure = quality >= grid.quality
+                rest = quality[sure]
+                for full in self._sam.enlarged(logits[sure]):
+                    these, rest = rest[: len(full)], rest[len(full) :]
+                    inner = (full > grid.offset).flatten(1).sum(1).float()
+                    outer = (full > -grid.offset).flatten(1).sum(1).float()
+                    good = inner / outer.clamp(min=1) >= grid.stability
+                    good &= (full > 0).flatten(1).sum(1) >= grid.least_area
+                    masks.append((full[good] > 0).cpu().numpy())
+                    scores.append(these[good].cpu().numpy())
+        found, sure_of = np.concatenate(masks), np.concatenate(scores)
+        kept = distinct(boxes_of(found), sure_of, grid.overlap)
+        confidence = np.clip(sure_of[kept], 0, 1).astype(np.float32)
+        return Proposals(masks=found[kept], confidence=confidence, labels=("",) * len(kept))
+
+
+def masks_of_boxes(sam: Sam, rgb: NDArray[np.uint8], boxes: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(n, h, w) bool: for each box (left, top, right, bottom) the best of the model's three masks."""
+    made = [np.zeros((0, *rgb.shape[:2]), np.bool_)]
+    if len(boxes):
+        torch = transformers()[0]
         with torch.inference_mode():
-            embedding = None
-            for start in range(0, len(points), grid.batch):
-                some = points[start : start + grid.batch]
-                inputs = self._processor(rgb, input_points=[some.tolist()], return_tensors="pt")
-                if embedding is None:
-                    pixels = inputs["pixel_values"].to(self._device, self._dtype)
-                    embedding = self._model.get_image_embeddings(pixels)
-                answer = self._model(
-                    image_embeddings=embedding,
-                    input_points=inputs["input_points"].to(self._device, self._dtype),
-                    multimask_output=True,
-                )
-                kept, sure = self._sure(answer, inputs)
-                masks.append(kept)
-                scores.append(sure)
-        return _new_ones(np.concatenate(masks), np.concatenate(scores), grid)
-
-    def _sure(self, answer: Any, inputs: Any) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-        """The masks of a batch of points that are good, firm and large enough, and the quality of each."""
-        grid = self.grid
-        quality = answer.iou_scores.float().reshape(-1)
-        (logits,) = self._processor.image_processor.post_process_masks(
-            answer.pred_masks.float().cpu(),
-            inputs["original_sizes"],
-            inputs["reshaped_input_sizes"],
-            binarize=False,
-        )
-        logits = logits.reshape(-1, *logits.shape[-2:])
-        inner = (logits > grid.offset).flatten(1).sum(1).float()
-        outer = (logits > -grid.offset).flatten(1).sum(1).float()
-        good = (quality.cpu() >= grid.quality) & (inner / outer.clamp(min=1) >= grid.stability)
-        good &= (logits > 0).flatten(1).sum(1) >= grid.least_area
-        return (logits[good] > 0).numpy(), quality.cpu()[good].numpy().astype(np.float32)
-
-
-def _new_ones(masks: NDArray[np.bool_], scores: NDArray[np.float32], grid: Grid) -> Proposals:
-    """Of masks whose boxes are much the same, the one of best quality."""
-    from cgdb.ingest.detections.detections import boxes_of
-
-    boxes = boxes_of(masks)
-    area = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)
-    kept: list[int] = []
-    for row in np.argsort(-scores, kind="stable").tolist():
-        low = np.maximum(boxes[kept, :2], boxes[row, :2])
-        high = np.minimum(boxes[kept, 2:], boxes[row, 2:])
-        common = np.prod(np.maximum(high - low, 0), axis=1)
-        if not (common > grid.overlap * (area[kept] + area[row] - common)).any():
-            kept.append(row)
-    chosen = np.array(kept, np.intp)
-    confidence = np.clip(scores[chosen], 0, 1).astype(np.float32)
-    return Proposals(masks=masks[chosen], confidence=confidence, labels=("",) * len(kept))
+            for logits, quality in sam.answers(rgb, "input_boxes", boxes.tolist(), BOXES):
+                best = quality.argmax(1)
+                chosen = logits[torch.arange(len(best), device=logits.device), best]
+                made += [(full > 0).cpu().numpy() for full in sam.enlarged(chosen)]
+    return np.concatenate(made)
