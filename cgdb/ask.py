@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cgdb.asked import Answer, first_node
 from cgdb.bound import Vector
+from cgdb.draft import Draft, among_previous
 from cgdb.errors import (
     BindError,
     CgdbError,
@@ -25,26 +26,29 @@ from cgdb.errors import (
     UsageError,
     one_of,
 )
+from cgdb.explained import Explained, explained
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import Catalog, merge
+from cgdb.intake import LONGEST_QUESTION, follow_up, scenes_named
+from cgdb.intake import checked as checked_question
 from cgdb.limits import Limits
 from cgdb.meaning.embed import Encoder
 from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
 from cgdb.model.pictures import checked, data_url, tower
-from cgdb.model.prompts import Surroundings, clean, describing, with_picture
+from cgdb.model.prompts import Surroundings, describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker, named
 from cgdb.model.turned import turned
-from cgdb.result import Reason, Result, Row, StoredNode
+from cgdb.result import Reason, Result, Row
 from cgdb.shortlist import by_score, identity, is_total, of_objects, shortlist, uncut
+from cgdb.survey import surveyed
+from cgdb.wording import facts
 
 if TYPE_CHECKING:
     from cgdb.database import Database
     from cgdb.scene import FeatureSpace
 
-LONGEST_QUESTION = 2000
-"""Characters that are read: some 350 words."""
 MOST_ROWS = 50
 """Rows of an answer where the question asks for no number."""
 MOST_RELEVANT = 15
@@ -55,9 +59,6 @@ SECONDS = 30.0
 
 EncoderOf = Callable[["FeatureSpace"], "Encoder | CgdbError | None"]
 
-_POINTING_BACK = re.compile(
-    r"\b(these|those|them|they|of which|which ones?|the (first|second|third|last|other) (one|of)|the others?)\b", re.I
-)
 _LIKE_PICTURE = re.compile(r"\b(like|similar|same|looks?|this|that|shown?|pictured?)\b", re.I)
 
 
@@ -82,37 +83,6 @@ def ask(
     return _Asking(db, question, model, previous, image, scenes, as_of, rerank, limits, encoder_of).answer()
 
 
-def _named(scenes: Sequence[str], question: str) -> tuple[tuple[str, ...], str]:
-    """The scenes that a question names ("... in office2?"), and the question without that."""
-    named = []
-    for name in sorted(scenes, key=len, reverse=True):
-        place = re.compile(
-            rf"\s*\b(?:in|of|from|within|inside|at)\s+(?:the\s+)?(?:scene\s+|map\s+)?['\"]?{re.escape(name)}\b['\"]?",
-            re.I,
-        )
-        rest = place.sub("", question)
-        if rest != question and any(c.isalnum() for c in rest):
-            named.append(name)
-            question = rest
-    return tuple(named), question
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Draft:
-    """A statement that was run. nearest: it gave no rows, and those that are there are the nearest things.
-
-    limit: the statement's own, where more rows were asked for so that a re-ranker can choose among them.
-    """
-
-    tree: ast.Query
-    result: Result
-    how: str
-    understood: tuple[str, ...] = ()
-    wanted: str = ""
-    nearest: bool = False
-    limit: int | None = None
-
-
 class _Asking:
     def __init__(
         self,
@@ -129,18 +99,22 @@ class _Asking:
     ) -> None:
         self.warnings: list[str] = []
         self.reranker = _reranker(rerank, model)
-        self.given = self.question = self._checked(question, has_picture=image is not None)
+        self.given, cut = checked_question(question, has_picture=image is not None)
+        if cut:
+            self.warnings.append(cut)
+        self.question = self.given
         self.db, self.model, self.previous = db, model, previous
         self.as_of, self.limits = as_of, limits or Limits(seconds=SECONDS)
         self.image = None if image is None else Path(image)
         there = tuple(info.name for info in db.scenes(as_of))
         named = tuple(scenes)
         if not named and len(there) > 1:
-            named, self.question = _named(there, self.question)
+            named, self.question = scenes_named(there, self.question)
         self.scenes, self.asked = named, self.question
         if named and not scenes:
             self.warnings.append(f"asked of scene {one_of(named)} only, which the question names")
         names = self.scenes or there
+        self.names = names
         self.views = [db.view(name, as_of) for name in names]
         self.catalog: Catalog = merge(view.catalog for view in self.views)
         self.meter = Meter(0.0) if model is None else model.meter()
@@ -157,26 +131,10 @@ class _Asking:
         draft = self._shown_nearest(draft)
         if (answer := self._reranked(draft)) is not None:
             return answer
-        draft = _cut(draft)
-        fitting = [row for row in draft.result.rows if row.fits]
-        return self._answer(draft, achievable=bool(fitting), explanation=_explained(draft.result))
+        draft = draft.cut()
+        return self._answer(self._explained(draft))
 
     # -- the question -------------------------------------------------------------------------------------------
-
-    def _checked(self, question: str, *, has_picture: bool) -> str:
-        if not isinstance(question, str):
-            raise UsageError(f"a question is a text, not {type(question).__name__}")
-        text = clean(question, 10 * LONGEST_QUESTION)
-        if not any(c.isalnum() for c in text):
-            if has_picture:
-                return ""
-            raise UsageError("the question says nothing", hint='such as "Something to sit on, other than a chair"')
-        if len(text) > LONGEST_QUESTION:
-            self.warnings.append(
-                f"the question has {len(question):,} characters; only the first {LONGEST_QUESTION:,} were read"
-            )
-            text = text[:LONGEST_QUESTION].rpartition(" ")[0] or text[:LONGEST_QUESTION]
-        return text
 
     def _look(self, image: Path) -> None:
         """Have the picture described by the model, and embedded where a feature space has an image tower."""
@@ -202,7 +160,7 @@ class _Asking:
 
     # -- translation --------------------------------------------------------------------------------------------
 
-    def _with_model(self) -> _Draft | None:
+    def _with_model(self) -> Draft | None:
         """The model's statement, run; None where there is no model or it fails, which is said."""
         if self.model is None:
             return None
@@ -252,7 +210,7 @@ class _Asking:
                     found.update({node.tag: None for node in view.stored(positions).values() if node.tag})
         return list(found)
 
-    def _of_model(self, tree: ast.Query) -> _Draft:
+    def _of_model(self, tree: ast.Query) -> Draft:
         """A model's statement, run. That it names a scene or revision that is not there is an error of its own."""
         try:
             return self._carried_out(by_score(of_objects(tree)), uncut_for_reranking=True)
@@ -261,24 +219,25 @@ class _Asking:
                 raise
             raise BindError(error.message, hint=error.hint, span=error.span, source=error.source) from None
 
-    def _carried_out(self, tree: ast.Query, *, uncut_for_reranking: bool = False) -> _Draft:
-        tree, limit = self._framed(tree), None
+    def _carried_out(self, tree: ast.Query, *, uncut_for_reranking: bool = False, whole: bool = False) -> Draft:
+        """The statement, run. whole: with all of its rows, however many."""
+        tree, limit = self._framed(tree, most=None if whole else MOST_ROWS), None
         run = tree
         if uncut_for_reranking and self.reranker is not None:
             run, limit = uncut(tree, self.reranker.most)
         result = self.db.query(to_text(run), self.parameters, limits=self.limits)
-        return _Draft(tree=tree, result=replace(result, query=to_text(tree)), how="", limit=limit)
+        return Draft(tree=tree, result=replace(result, query=to_text(tree)), how="", limit=limit)
 
-    def _framed(self, tree: ast.Query) -> ast.Query:
+    def _framed(self, tree: ast.Query, *, most: int | None) -> ast.Query:
         """The statement in the scenes that were asked, with an end to its rows."""
         scenes = self.scenes or (self._scenes_before() if "$previous" in to_text(tree) else ())
-        if scenes:
+        if scenes and not (most is None and tree.scenes):
             tree = replace(tree, scenes=tuple(ast.Text(value=name) for name in scenes))
         if self.as_of is not None:
             moment = ast.Text(value=self.as_of) if isinstance(self.as_of, str) else ast.Number(value=self.as_of)
             tree = replace(tree, as_of=moment)
-        if tree.limit is None and not any(is_total(item.expression) for item in tree.returns):
-            tree = replace(tree, limit=ast.Number(value=MOST_ROWS))
+        if most is not None and tree.limit is None and not any(is_total(item.expression) for item in tree.returns):
+            tree = replace(tree, limit=ast.Number(value=most))
         return tree
 
     def _scenes_before(self) -> tuple[str, ...]:
@@ -286,7 +245,7 @@ class _Asking:
         found = () if self.previous is None else self.previous.objects
         return tuple(dict.fromkeys(node.scene for node in found))
 
-    def _other_way(self, draft: _Draft) -> _Draft:
+    def _other_way(self, draft: Draft) -> Draft:
         """The draft, or, where nothing fits it and something fits with an edge turned round, that."""
         if not draft.result.nothing_fits:
             return draft
@@ -303,24 +262,34 @@ class _Asking:
                 return other
         return draft
 
-    def _built_in(self) -> _Draft:
+    def _built_in(self) -> Draft:
         from cgdb.english.translate import translate
 
         if not self.question or ("picture" in self.parameters and _LIKE_PICTURE.search(self.question)):
             return self._by_picture()
-        question = self.question
-        points_back = "previous" in self.parameters and _POINTING_BACK.search(question) is not None
-        if points_back:
-            question = re.sub(r"\b(of )?(these|those|them)\b", "", question, flags=re.I)
-        made = translate(question, self.catalog, places=tuple(self._places()))
+        question, among = self.question, False
+        if self.previous is not None and self.previous.ids:
+            back = follow_up(question, self.previous.ids)
+            question, among = back.question, back.among
+            self.parameters["previous"] = list(back.ids)
+        setting = surveyed(self.views, self._places(), previous="previous" in self.parameters)
+        made = translate(question, self.catalog, setting=setting)
         tree, understood = made.query, tuple(made.understood)
-        if points_back:
-            tree = _among_previous(tree)
-            understood = (*understood, f"among the {len(self.parameters['previous'])} objects found before")
+        if among:
+            tree = among_previous(tree)
+            made = replace(made, query=tree)
+        if "$previous" in to_text(tree):
+            understood = (*understood, f"found before: {self._found_before()}")
         draft = self._carried_out(tree, uncut_for_reranking=True)
-        return replace(draft, how="built-in", understood=understood, wanted=made.wanted)
+        return replace(draft, how="built-in", understood=understood, wanted=made.wanted, made=made)
 
-    def _by_picture(self) -> _Draft:
+    def _found_before(self) -> str:
+        ids = self.parameters["previous"]
+        found = () if self.previous is None else self.previous.objects
+        names = [str(node) for node in found if node.id in ids]
+        return ", ".join(names[:3]) + (f" and {len(names) - 3:,} more" if len(names) > 3 else "")
+
+    def _by_picture(self) -> Draft:
         node = ast.NodePattern(variable="o", meaning=ast.Parameter(name="picture"))
         tree = ast.Query(
             patterns=(ast.Pattern(nodes=(node,)),),
@@ -331,16 +300,18 @@ class _Asking:
 
     # -- the answer ---------------------------------------------------------------------------------------------
 
-    def _shown_nearest(self, draft: _Draft) -> _Draft:
+    def _shown_nearest(self, draft: Draft) -> Draft:
         """Where no row came at all: the nearest things, none of which fits."""
         if draft.result.rows or any(is_total(item.expression) for item in draft.tree.returns):
             return draft
+        if draft.made is not None and self.reranker is None:
+            return draft  # they are looked for with what each of them lacks
         near = self._nearest(draft, NEAREST)
         if not near:
             return draft
         return replace(draft, result=replace(draft.result, columns=("o",), rows=near), nearest=True)
 
-    def _nearest(self, draft: _Draft, count: int) -> tuple[Row, ...]:
+    def _nearest(self, draft: Draft, count: int) -> tuple[Row, ...]:
         """The things that are nearest to what was wanted, whatever else was asked."""
         meaning = next((node.meaning for p in draft.tree.patterns for node in p.nodes if node.meaning), None)
         text = draft.wanted or (meaning.value if isinstance(meaning, ast.Text) else "") or self.asked
@@ -353,7 +324,7 @@ class _Asking:
         found = self._carried_out(tree).result.rows
         return tuple(_failing(row, draft.result.query) for row in found)
 
-    def _reranked(self, draft: _Draft) -> Answer | None:
+    def _reranked(self, draft: Draft) -> Answer | None:
         """The answer as a re-ranker orders it; None where there is none, it fails, or there is nothing to order."""
         reranker = self.reranker
         if reranker is None or (isinstance(reranker, ModelReranker) and (self.silent or self.meter.remaining <= 0)):
@@ -384,19 +355,25 @@ class _Asking:
                 self.warnings.append(
                     "the statement was too strict; some of the answer are the nearest things beside it"
                 )
-        draft = _cut(replace(draft, result=replace(draft.result, rows=ordered)))
+        draft = replace(draft, result=replace(draft.result, rows=ordered)).cut()
         said = found.said
         relevant = (node.id for row in found.relevant if (node := first_node(row)) is not None)
-        answer = self._answer(
-            draft,
-            achievable=any(row.fits for row in draft.result.rows) if said is None else said.query_achievable,
-            explanation=_explained(draft.result) if said is None else said.explanation,
-        )
+        if said is None:
+            answer = self._answer(self._explained(draft))
+        else:
+            answer = self._answer(
+                Explained(
+                    draft=draft,
+                    achievable=said.query_achievable,
+                    text=said.explanation,
+                    facts=facts(draft.tree, draft.result),
+                )
+            )
         if said is not None:
             answer = replace(answer, inferred_query=said.inferred_query, relevant=tuple(dict.fromkeys(relevant)))
         return replace(answer, reranked=True, reranker=reranker.name)
 
-    def _read_otherwise(self, draft: _Draft, most: int) -> Iterator[Row]:
+    def _read_otherwise(self, draft: Draft, most: int) -> Iterator[Row]:
         """What the question finds, read by the built-in translator, then by its meaning alone."""
         if "$previous" in draft.result.query:
             return  # only what was found before can be the answer
@@ -413,7 +390,16 @@ class _Asking:
                         yield _failing(row, draft.result.query)
         yield from self._nearest(draft, most)
 
-    def _answer(self, draft: _Draft, *, achievable: bool, explanation: str) -> Answer:
+    def _explained(self, draft: Draft) -> Explained:
+        """The answer in words; what is looked up for it is asked of the same scenes at the same time."""
+
+        def run(tree: ast.Query) -> Result:
+            return self._carried_out(tree, whole=True).result
+
+        return explained(draft, self.catalog, self.names, run, MOST_ROWS)
+
+    def _answer(self, found: Explained) -> Answer:
+        draft = found.draft
         nodes = [node for row in draft.result.rows[:MOST_RELEVANT] if (node := first_node(row)) is not None]
         asked_model = self.model is not None and self.meter.usage.calls > 0
         return Answer(
@@ -421,27 +407,17 @@ class _Asking:
             query=draft.result.query,
             understood=draft.understood or ((self.asked,) if self.asked != self.question else ()),
             result=draft.result,
-            achievable=achievable,
-            explanation=explanation,
+            achievable=found.achievable,
+            explanation=found.text,
+            facts=found.facts,
+            assumed=() if draft.made is None else draft.made.assumed,
+            ignored=() if draft.made is None else draft.made.ignored,
             how=draft.how,
             usage=self.meter.usage,
             warnings=tuple(dict.fromkeys((*self.warnings, *draft.result.warnings))),
             relevant=tuple(dict.fromkeys(node.id for node in nodes)),
             model=self.model.name if self.model is not None and asked_model else None,
         )
-
-
-def _among_previous(tree: ast.Query) -> ast.Query:
-    """The statement, asked only of what the answer before found."""
-    first = tree.returns[0].expression
-    name = first.name if isinstance(first, ast.Variable) else tree.patterns[0].nodes[0].variable
-    if name is None:
-        return tree
-    among = ast.In(item=ast.Property(variable=name, name="id"), collection=ast.Parameter(name="previous"))
-    if tree.where is None:
-        return replace(tree, where=among)
-    rest = tree.where.items if isinstance(tree.where, ast.And) else (tree.where,)
-    return replace(tree, where=ast.And(items=(among, *rest)))
 
 
 def _reranker(given: bool | str | Reranker, model: Model | None) -> Reranker | None:
@@ -453,56 +429,12 @@ def _reranker(given: bool | str | Reranker, model: Model | None) -> Reranker | N
     return given
 
 
-def _cut(draft: _Draft) -> _Draft:
-    """The draft with no more rows than its statement asks for."""
-    if draft.limit is None:
-        return draft
-    return replace(draft, result=replace(draft.result, rows=draft.result.rows[: draft.limit]), limit=None)
-
-
 def _failing(row: Row, query: str) -> Row:
     return Row(row.values, row.score, False, lambda: (*row.why, Reason(asked=query, degree=0.0)))
 
 
 def _unread(row: Row) -> Row:
     return Row(row.values, row.score, False, lambda: row.why)
-
-
-def _explained(result: Result) -> str:
-    """Why the best row is the answer, or what it lacks."""
-    fitting = [row for row in result.rows if row.fits]
-    if not result.rows:
-        return "nothing fits, and nothing comes near"
-    if len(result.columns) >= 1 and first_node(result.rows[0]) is None and fitting:
-        return "; ".join(
-            f"{name} is {_shown(value)}" for name, value in zip(result.columns, fitting[0].values, strict=True)
-        )
-    if fitting:
-        named = one_of((str(first_node(row)) for row in fitting), most=3).replace("'", "")
-        return (
-            f"{len(fitting)} fit{'s' if len(fitting) == 1 else ''}: {named}; the first because {_because(fitting[0])}"
-        )
-    best = result.rows[0]
-    weakest = min(best.why, key=lambda reason: reason.degree, default=None)
-    lacks = f", but {clean(str(weakest.asked), 120)} is only {weakest.degree:.2f}" if weakest else ""
-    name = first_node(best)
-    if name is None and result.columns[0] == "count":
-        return "count is 0"
-    return f"nothing fits; the nearest is {name if name is not None else 'another row'}{lacks}"
-
-
-def _because(row: Row) -> str:
-    """The short conditions and how they did; the long ones are for whoever asks why."""
-    said = [f"{reason.asked} is {reason.degree:.2f}" for reason in row.why if len(reason.asked) <= 60][:3]
-    return clean(", ".join(said), 300) or f"its degree is {row.score:.2f}"
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, (list, tuple)):
-        return ", ".join(map(_shown, value[:10]))
-    if isinstance(value, StoredNode):
-        return str(value)
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _line(error: CgdbError) -> str:

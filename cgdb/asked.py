@@ -12,8 +12,32 @@ from cgdb.scene import ObjectId
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fact:
+    """A value that answers a question: what ("count", "distance", "height", "color", "on"), of which objects, in which
+    scene where it is one scene's. unit: "m", "m³", or empty.
+    """
+
+    what: str
+    value: float | int | str | bool
+    unit: str = ""
+    objects: tuple[StoredNode, ...] = ()
+    scene: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-ready; its objects by scene, id and tag."""
+        record: dict[str, Any] = {"what": self.what, "value": self.value, "unit": self.unit}
+        if self.scene is not None:
+            record["scene"] = self.scene
+        record["objects"] = [{"scene": node.scene, "id": node.id, "tag": node.tag} for node in self.objects]
+        return record
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Answer:
     """query: the CGQL that was run. understood: how the question was read, one line each.
+
+    assumed: what the question did not say and was taken to mean; ignored: what of it the statement leaves out, and why.
+    facts: what was measured or counted.
 
     result: the rows, those that fit first. achievable: whether anything fits. explanation: why, or why nothing does.
     how: what wrote the statement: "grammar", "schema" or "text" (a model, held to CGQL so), or "built-in".
@@ -28,6 +52,9 @@ class Answer:
     achievable: bool
     explanation: str
     how: str
+    facts: tuple[Fact, ...] = ()
+    assumed: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
     usage: Usage = field(default_factory=Usage)
     warnings: tuple[str, ...] = ()
     inferred_query: str = ""
@@ -68,6 +95,9 @@ class Answer:
             "explanation": self.explanation,
             "query": self.query,
             "understood": list(self.understood),
+            "assumed": list(self.assumed),
+            "ignored": list(self.ignored),
+            "facts": [fact.to_dict() for fact in self.facts],
             "how": self.how,
             "model": self.model,
             "reranked": self.reranked,

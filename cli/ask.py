@@ -10,12 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cgdb
+from cgdb.asked import first_node
 from cgdb.cli import asking, render, values
 from cgdb.errors import UsageError
 
 if TYPE_CHECKING:
     from cgdb.asked import Answer
     from cgdb.model.llm import Model
+    from cgdb.result import Row
+
+
+NEAR = 3
+"""Things that do not fit and are shown beside those that do."""
 
 
 def ask(options: Namespace) -> int:
@@ -89,19 +95,36 @@ def needed_model(options: Namespace) -> Model:
 
 
 def show(answer: Answer, *, why: bool = False, everything: bool = False) -> None:
-    """An answer for a person: the reason, the rows, the statement that was run, and what it cost."""
+    """An answer for a person: the answer in words, the rows, how the question was read, the statement, its cost."""
     from rich.text import Text
 
     out = render.console()
     mark, style = ("✓", "bold green") if answer.achievable else ("✗", "bold yellow")
     out.print(Text(f"{mark} {render.clean(answer.explanation)}", style=style), soft_wrap=True)
-    fitting = sum(row.fits for row in answer.rows)
-    some = answer.rows if everything else answer.rows[: max(5, min(fitting + 3, render.SHOWN))]
-    asking.show(replace(answer.result, rows=some), "table", why=why, everything=everything)
-    for line in answer.understood:
-        out.print(Text(f"  {render.clean(line)}", style="dim"), soft_wrap=True)
+    for head, lines in (("left out", answer.ignored), ("assumed", answer.assumed)):
+        for line in lines:
+            out.print(Text(f"  {head}: {render.clean(line)}", style="yellow"), soft_wrap=True)
+    some = shown(answer.rows, everything=everything)
+    if why or everything or not _is_said(answer):
+        asking.show(replace(answer.result, rows=some), "table", why=why, everything=everything)
+    if answer.understood:
+        out.print(Text(f"  understood: {render.clean('; '.join(answer.understood))}", style="dim"), soft_wrap=True)
     out.print(Text(f"  {render.clean(answer.query)}"), soft_wrap=True)
     out.print(Text(f"  {render.clean(cost(answer))}", style="dim"), soft_wrap=True)
+
+
+def _is_said(answer: Answer) -> bool:
+    """Whether the words say all that a table would: totals, which hold no row per thing."""
+    return bool(answer.facts) and all(first_node(row) is None for row in answer.rows)
+
+
+def shown(rows: tuple[Row, ...], *, everything: bool = False) -> tuple[Row, ...]:
+    """The rows of a table: those that fit, and the few that come nearest; where nothing fits, only these."""
+    if everything:
+        return rows
+    fitting = tuple(row for row in rows if row.fits)
+    others = tuple(row for row in rows if not row.fits)
+    return (*fitting[: render.SHOWN - NEAR], *others[:NEAR])
 
 
 def cost(answer: Answer) -> str:

@@ -41,7 +41,7 @@ def ask(session: Session, rest: str) -> None:
     found = session.waiting(
         lambda: db.ask(rest, previous=session.asked, scenes=session.use.scenes, as_of=session.use.as_of), db.cancel
     )
-    session.asked = found
+    session.asked = found if found.ids or session.asked is None else session.asked
     session.statement = found.query
     answer = Answer(text=found.query, result=found.result, seconds=time.perf_counter() - started)
     session.last = answer
@@ -51,6 +51,8 @@ def ask(session: Session, rest: str) -> None:
     if session.interactive:
         session.screen.note(found.query)
         session.screen.note(answers.cost(found))
-    fitting = sum(row.fits for row in found.rows)
-    some = replace(found.result, rows=found.rows[: max(5, fitting + 3)], warnings=())
+    for head, lines in (("left out", found.ignored), ("assumed", found.assumed)):
+        for line in lines:
+            session.screen.note(f"  {head}: {line}")
+    some = replace(found.result, rows=answers.shown(found.rows), warnings=())
     show(session, replace(answer, result=some))

@@ -674,4 +674,4 @@ def test_a_scene_that_the_question_names_is_the_one_that_is_asked(tmp_path: Path
         assert answer.rows[0].values[0] == 1
         assert answer.question == "how many chairs are there in the kitchen1?"
         assert any("kitchen1" in line for line in answer.warnings)
-        assert db.ask("how many elephants are in office2?", model=False).explanation == "count is 0"
+        assert db.ask("how many elephants are in office2?", model=False).explanation.startswith("0 elephants")

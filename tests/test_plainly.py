@@ -41,6 +41,6 @@ def test_the_shell_answers_and_follows_up(tmp_path: Path) -> None:
         check=False,
     )
     assert "pendant lamp" in done.stdout
-    assert "count is 5" in done.stderr
+    assert "✓ 5 lamps: " in done.stderr
     assert "did you mean 'MATCH'?" in done.stderr
     assert done.returncode == 3

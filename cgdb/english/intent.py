@@ -5,8 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Form = Literal["find", "exists", "count", "where", "room", "per room"]
-"""What is wanted to know: things, whether there is one, how many, where, in which room, how many in each room."""
+Form = Literal[
+    "find",
+    "exists",
+    "count",
+    "where",
+    "room",
+    "per room",
+    "per scene",
+    "scene",
+    "compare",
+    "measure",
+    "distance",
+    "trait",
+]
+"""What is wanted to know: things, whether there is one, how many, where, in which room, how many in each room or scene,
+in which scene, of which of two kinds there are more, how large, how far, what colour and the like.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +42,11 @@ class Located:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """A size or distance: what ("size", "height", "width", "depth", "distance"), how, and a length or a thing."""
+    """A size or distance: what, how, and a length or a thing.
+
+    what: "size", "height", "width", "depth", "distance", "level" (height above the floor), "weight", or "" for what
+    nothing measures ("prettier than"). op: one of CGQL, or "~" for about as much.
+    """
 
     what: str
     op: str
@@ -39,12 +58,16 @@ class Measured:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class First:
-    """The first of an order: by a function ("z" for height above ground), of a thing where it is a distance."""
+    """The first of an order: by a function ("z" for height above ground), of a thing where it is a distance.
+
+    count: how many were asked for ("the three largest"), 0 where no number was said.
+    """
 
     by: str
     descending: bool
     to: str | None = None
     rank: int = 1
+    count: int = 0
     single: bool = True
     text: str = ""
 
@@ -54,6 +77,8 @@ class Asked:
     """What a question asks. wanted: empty where anything will do. use: it is asked what something serves for.
 
     state: "open", "off" and the like; with_state: what is wanted with its state in words, for maps that hold none.
+    what: what is asked of it: a measure, a trait, or "more", "fewer", "as many". against: what it is compared with, or
+    measured from. polar: the question wants a yes or a no.
     """
 
     form: Form = "find"
@@ -67,4 +92,29 @@ class Asked:
     first: First | None = None
     state: str | None = None
     with_state: str = ""
+    what: str = ""
+    against: str = ""
+    polar: bool = False
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What of a store decides how a question is written, beside the names in its catalog.
+
+    places: names of its rooms. frames: {scene: (up axis, level of the floor in m, None where not known)}; of several
+    scenes that differ, each is asked in its own. tells: captions say where things are, not only boxes and relations.
+    previous: $previous holds the ids of what was found before, which "it" and "them" mean. words: what the store calls
+    its things, one word each, which slips of the pen are read as.
+    """
+
+    places: tuple[str, ...] = ()
+    frames: tuple[tuple[str, str, float | None], ...] = (("", "z", None),)
+    tells: bool = True
+    previous: bool = False
+    words: frozenset[str] = frozenset()
+
+    @property
+    def up(self) -> str:
+        """The up axis of the first scene."""
+        return self.frames[0][1] if self.frames else "z"

@@ -131,6 +131,16 @@ class Phrases(Generic[T]):
                 best = (length, step.ends[0])
         return best
 
+    def words(self) -> frozenset[str]:
+        """Every word that stands in one of the phrases."""
+        found: set[str] = set()
+        left = [self._root]
+        while left:
+            step = left.pop()
+            found.update(step.after)
+            left.extend(step.after.values())
+        return frozenset(found)
+
     def only(self, text: str) -> T | None:
         """The value of a text that is one of the phrases, and nothing else."""
         found = words(text.casefold())

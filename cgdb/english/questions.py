@@ -6,13 +6,16 @@ and the pieces stay as they were written, for ``~`` to match by meaning. What is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from cgdb.english.clauses import Clause, read
-from cgdb.english.intent import Asked
-from cgdb.english.phrases import Phrases, Word, cleaned, words
+from cgdb.english.cues import PRONOUNS, STARTERS
+from cgdb.english.intent import Asked, Located
+from cgdb.english.lookahead import PREVIOUS
+from cgdb.english.phrases import Phrases, Word, cleaned, stretch, words
 from cgdb.english.question_frames import MARKS, begins_question
+from cgdb.english.question_heads import head, in_each_scene, is_polar
 
 MOST_WORDS = 200
 """Words of a question that are read: more than anybody asks, and few enough for any text to be cheap."""
@@ -20,19 +23,81 @@ MOST_WORDS = 200
 MOST_PARTS = 12
 """Exclusions, and as many relations, places and sizes, that a question may have; of a text that goes on, the first."""
 
+_BACK = frozenset(("it", "them", "they", "these", "those", "that", "this", "that one", "this one"))
 _ENDS = frozenset(".;?!")
 
 
-def understand(question: str, places: Sequence[str] = ()) -> Asked:
-    """Take a question apart. places: names of the rooms that the map knows, beside those that everybody knows."""
+def understand(question: str, places: Sequence[str] = (), *, previous: bool = False) -> Asked:
+    """Take a question apart. places: names of the rooms that the map knows, beside those that everybody knows.
+
+    previous: something was found before, which "it" and "them" may mean.
+    """
     text = cleaned(question)
     found = words(text)
     notes: tuple[str, ...] = ()
     if len(found) > MOST_WORDS:
         found, notes = found[:MOST_WORDS], (f"only the first {MOST_WORDS} words were read",)
     names = Phrases({True: ",".join(" ".join(word.form for word in words(cleaned(place))) for place in places)})
-    parts = [read(text, clause, names) for clause in _clauses(found)]
-    return replace(_together([part for part in parts if part is not None]), notes=notes)
+
+    def read_all(some: Sequence[Word]) -> Asked:
+        parts = [read(text, clause, names, previous=previous) for clause in _clauses(some)]
+        return _together([part for part in parts if part is not None])
+
+    asked = _headed(text, found, read_all, previous=previous)
+    if asked is None:
+        each = in_each_scene(found)
+        asked = read_all(found if each is None else found[:each])
+        if each is not None and asked.form in ("count", "find", "exists"):
+            asked = replace(asked, form="per scene", what="most")
+        asked = replace(asked, polar=asked.form == "exists" or is_polar(found))
+        said = [word.form for word in found if word.form not in MARKS]
+        bare = not (asked.wanted or asked.located or asked.measured or asked.first) and said[-1:] and said[-1] in _BACK
+        if previous and (bare or asked.wanted.casefold() in _BACK):
+            asked = replace(asked, wanted=PREVIOUS)
+    return replace(asked, notes=notes)
+
+
+def _headed(
+    text: str, found: Sequence[Word], read_all: Callable[[Sequence[Word]], Asked], *, previous: bool
+) -> Asked | None:
+    """A question for a value ("how tall is the lamp"), its subject read as any clause; None where there is none."""
+    begins = head(found)
+    if begins is None:
+        return None
+    asked = read_all(begins.subject)
+    if asked.form != "find":
+        return None
+    against = ""
+    if begins.form == "compare":
+        other = read_all(begins.against)
+        if not asked.wanted or not other.wanted:
+            return None
+        against = other.wanted
+        asked = replace(
+            asked,
+            located=(*asked.located, *other.located),
+            places=_once(*asked.places, *other.places),
+            not_places=_once(*asked.not_places, *other.not_places),
+            excluded=_once(*asked.excluded, *other.excluded),
+        )
+    elif begins.form == "distance":
+        kept = list(begins.against)
+        while kept and kept[0].form in STARTERS:
+            kept.pop(0)
+        against = stretch(text, kept)
+        if not kept or kept[0].form in PRONOUNS:
+            against = PREVIOUS if begins.against and previous else ""
+    if not asked.wanted and previous and begins.subject and begins.subject[0].form in PRONOUNS:
+        asked = Asked(wanted=PREVIOUS)
+    what, level = begins.what, tuple(one for one in asked.located if _over_floor(one))
+    if what == "height" and level:
+        what, asked = "level", replace(asked, located=tuple(one for one in asked.located if one not in level))
+    polar = begins.what in ("more", "fewer", "as many") or begins.form == "count"
+    return replace(asked, form=begins.form, what=what, against=against, polar=polar)
+
+
+def _over_floor(located: Located) -> bool:
+    return located.name == "above" and located.anchors in (("floor",), ("ground",))
 
 
 def _clauses(found: Sequence[Word]) -> list[tuple[Word, ...]]:

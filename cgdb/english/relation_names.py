@@ -29,6 +29,8 @@ _NAMES: Mapping[str, frozenset[str]] = {
     "front": _names("in front of, front, front of, facing, opposite"),
     "behind": _names("behind, in back of"),
     "between": _names("between, in between"),
+    "left": _names("left, left of, to the left of, on the left of"),
+    "right": _names("right, right of, to the right of, on the right of"),
 }
 """What maps call each relation; underscores are read as spaces."""
 _INVERSE: Mapping[str, frozenset[str]] = {
@@ -55,6 +57,11 @@ _TOUCHING = ("on", "in", "next_to")
 def related(catalog: Catalog) -> bool:
     """Whether the store holds relations between objects."""
     return any(("Object", "Object") in ends for ends in catalog.relations.values())
+
+
+def says(catalog: Catalog, name: str) -> bool:
+    """Whether the store itself holds this relation, and not only one that stands in for it."""
+    return bool(_labels(catalog, _NAMES[name]))
 
 
 def edge(catalog: Catalog, name: str, *, inverse: bool = False) -> ast.EdgePattern:

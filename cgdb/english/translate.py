@@ -10,11 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from cgdb.english import cues
-from cgdb.english.intent import Asked
+from cgdb.english.intent import Asked, Setting
 from cgdb.english.languages import other_language
+from cgdb.english.lookahead import PREVIOUS
 from cgdb.english.phrases import cleaned, words
-from cgdb.english.question_tree import LONGEST_MEANING, write
+from cgdb.english.question_tree import Condition, write
 from cgdb.english.questions import MOST_WORDS, understand
+from cgdb.english.spelling import corrected
+from cgdb.english.tree_parts import LONGEST_MEANING
 from cgdb.errors import UsageError
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
@@ -28,7 +31,12 @@ LONGEST_QUESTION = 4_000
 class Translation:
     """A question as CGQL. text: canonical CGQL of query. understood: one line per thing that was understood.
 
-    kind: "descriptive", "affordance", "negation", "count", "superlative", "existence", "place" or "other language".
+    assumed: what was not said and taken to be meant; ignored: what the statement leaves out, and why.
+    conditions: what is asked beside that, each with how it is said of a thing that does not meet it. anchors: the
+    things that the question measures against or says that something is at. asked: the question taken apart.
+
+    kind: "descriptive", "affordance", "negation", "count", "superlative", "existence", "place", "value" or "other
+    language".
     wanted: the text of what is looked for, without what is excluded; empty where anything will do.
     """
 
@@ -37,15 +45,30 @@ class Translation:
     understood: tuple[str, ...]
     kind: str
     wanted: str
+    asked: Asked
+    assumed: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    anchors: tuple[str, ...] = ()
 
 
-def translate(question: str, catalog: Catalog, *, places: Sequence[str] = (), up: str = "z") -> Translation:
+def translate(
+    question: str,
+    catalog: Catalog,
+    *,
+    places: Sequence[str] = (),
+    up: str = "z",
+    setting: Setting | None = None,
+) -> Translation:
     """The CGQL of an English question. places: names of the store's rooms; up: the scenes' up axis ("z", "-y").
+
+    setting: all that is known of the store, which says both of these too.
 
     UsageError where the question is empty. Any other text is translated: what is not understood is matched by meaning.
     """
     if not isinstance(question, str):
         raise UsageError(f"a question is a text, not {type(question).__name__}")
+    setting = setting or Setting(places=tuple(places), frames=(("", up, None),))
     text = cleaned(question[:LONGEST_QUESTION])
     cut = (f"only the first {LONGEST_QUESTION:,} characters were read",) if len(question) > LONGEST_QUESTION else ()
     if not any(character.isalnum() for character in text):
@@ -56,18 +79,36 @@ def translate(question: str, catalog: Catalog, *, places: Sequence[str] = (), up
         asked = Asked(wanted=text[:LONGEST_MEANING])
         notes: tuple[str, ...] = (f"not understood as English ({language}): matched as a whole, by meaning",)
     else:
-        asked = understand(text, places)
-        notes = asked.notes
-        if asked == Asked(notes=notes, use=asked.use) and not _asks_for_all(forms):
+        text, slips = corrected(text, setting.words)
+        asked = understand(text, setting.places, previous=setting.previous)
+        if not setting.previous and _points_back(understand(text, setting.places, previous=True)):
+            raise UsageError(
+                "the question points back, and nothing was found before",
+                hint="name the thing; in cgdb shell, a question may follow up the one before",
+            )
+        notes = (*slips, *asked.notes)
+        asked = replace(asked, notes=())
+        if asked == Asked(use=asked.use, polar=asked.polar) and not _asks_for_all(forms):
             asked = replace(asked, wanted=text[:LONGEST_MEANING])
-    written = write(asked, catalog, places, up)
+    written = write(asked, catalog, setting)
     return Translation(
         query=written.query,
         text=to_text(written.query),
         understood=(*cut, *notes, *written.understood),
         kind="other language" if language is not None else _kind(asked),
         wanted=written.wanted,
+        asked=asked,
+        assumed=written.assumed,
+        ignored=written.ignored,
+        conditions=written.conditions,
+        anchors=written.anchors,
     )
+
+
+def _points_back(asked: Asked) -> bool:
+    """Whether a question asks for nothing without what "it" or "them" stands for: "what is under it?"."""
+    anchors = (anchor for located in asked.located for anchor in located.anchors)
+    return asked.wanted == PREVIOUS or (not asked.wanted and PREVIOUS in (*anchors, asked.against))
 
 
 def _asks_for_all(forms: Sequence[str]) -> bool:
@@ -76,9 +117,11 @@ def _asks_for_all(forms: Sequence[str]) -> bool:
 
 
 def _kind(asked: Asked) -> str:
-    if asked.form in ("count", "per room"):
+    if asked.form in ("count", "per room", "per scene", "compare"):
         return "count"
-    if asked.form == "room":
+    if asked.form in ("measure", "distance", "trait"):
+        return "value"
+    if asked.form in ("room", "scene"):
         return "place"
     if asked.first is not None:
         return "superlative"
