@@ -160,9 +160,9 @@ def test_a_checkpoint_goes_on_as_if_nothing_had_been(tmp_path: Path) -> None:
     path = tmp_path / "state.npz"
     half = mapped(6)
     whole = Mapper()
-    checkpoint.save(half, path, {"here": 6})
+    checkpoint.save(half, path, {"here": checkpoint.Progress(start=0, stride=1, size=None, next=6)})
     resumed, done = checkpoint.load(path, Mapping())
-    assert done == {"here": 6}
+    assert done == {"here": checkpoint.Progress(start=0, stride=1, size=None, next=6)}
     for index in range(6):
         whole.step(*room_frame(index, 6))
     for index in range(6, 12):
@@ -183,7 +183,7 @@ def test_a_checkpoint_goes_on_as_if_nothing_had_been(tmp_path: Path) -> None:
 def test_a_full_disk_leaves_the_state_that_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "state.npz"
     mapper = mapped(3)
-    checkpoint.save(mapper, path, {"here": 3})
+    checkpoint.save(mapper, path, {"here": checkpoint.Progress(start=0, stride=1, size=None, next=3)})
     before = path.read_bytes()
 
     def full(_: int) -> None:
@@ -191,7 +191,7 @@ def test_a_full_disk_leaves_the_state_that_was(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(StoreError, match="No space left"):
-        checkpoint.save(mapper, path, {"here": 4})
+        checkpoint.save(mapper, path, {"here": checkpoint.Progress(start=0, stride=1, size=None, next=4)})
     assert path.read_bytes() == before and len(list(tmp_path.iterdir())) == 1
 
 
@@ -378,7 +378,7 @@ def test_halves_of_a_thing_are_merged_and_different_things_are_not() -> None:
     how = Mapping(tidying=tidy.Tidying(merge_every=0))
     mapper = mapped(6, how)
     before = len(mapper.objects)
-    assert tidy.merge(mapper.objects, mapper.voxels, how.tidying) == 0
+    assert tidy.merge(mapper.objects, mapper.voxels, mapper.opinions, how.tidying, how.consensus) == 0
     # A second object of the same look, with half of the table's voxels.
     table = next(i for i, obj in enumerate(mapper.objects.all) if obj.label == "table")
     rows = np.flatnonzero((mapper.voxels.owners[: mapper.voxels.count] == table).any(axis=1)).astype(np.int32)
@@ -390,7 +390,7 @@ def test_halves_of_a_thing_are_merged_and_different_things_are_not() -> None:
         sums[before] = sums[table]
     half = rows[::2]
     mapper.voxels.vote(half, np.full(len(half), before, np.int32), np.full(len(half), 50, np.float32))
-    assert tidy.merge(mapper.objects, mapper.voxels, how.tidying) == 1
+    assert tidy.merge(mapper.objects, mapper.voxels, mapper.opinions, how.tidying, how.consensus) == 1
     assert len(mapper.objects) == before
     assert mapper.voxels.owners[: mapper.voxels.count].max() < before
 

@@ -29,9 +29,9 @@ class Association:
     spatial: "overlap" is the paper's nnratio, the share of a detection's voxels that are the object's or share a face
     with one that is; the others compare boxes. semantic: "paper" is cos / 2 + 1 / 2, "cosine" the reference's cos.
     threshold: the least sum; the paper's 1.1 goes with "paper", the reference's 1.2 with "cosine". bias: weighs
-    (1 + bias) spatial + (1 - bias) semantic. alike: of several detections of one frame that would go to one object, all
-    but the most similar must look like it (cosine), or be things of their own that an earlier mask had swallowed; -1
-    lets them all in, as the paper does.
+    (1 + bias) spatial + (1 - bias) semantic. alike: what lies in an object and does not look like it (cosine) is a
+    thing of its own that earlier masks had swallowed, once the object has been seen `settled` times, or another
+    detection of the same frame is more similar to it; -1 lets them all in, as the paper does.
     """
 
     spatial: Spatial = "overlap"
@@ -39,6 +39,7 @@ class Association:
     threshold: float = 1.1
     bias: float = 0.0
     alike: float = 0.7
+    settled: int = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,13 +67,28 @@ def associate(
     # What is nowhere near is no candidate, however alike it looks.
     total[spatial <= (-1.0 if how.spatial.startswith("giou") else 0.0)] = -np.inf
     total[:, [obj.background for obj in objects.all]] = -np.inf
+    each = np.arange(len(total))
+    around = total.argmax(axis=1)
+    inside = (total[each, around] >= how.threshold) & ~alone
+    total[_strange(lifted, found, objects, how)] = -np.inf
     best = total.argmax(axis=1)
-    score = total[np.arange(len(best)), best]
+    score = total[each, best]
     good = (score >= how.threshold) & ~alone
     matches.objects[good] = best[good]
+    matches.out_of[inside & ~good] = around[inside & ~good]
     apart = _swallowed(lifted, found, objects, how, best, np.where(good, score, -np.inf))
     matches.objects[apart], matches.out_of[apart] = -1, best[apart]
     return matches
+
+
+def _strange(lifted: Lifted, found: Detections, objects: Objects, how: Association) -> NDArray[np.bool_]:
+    """(k, n) bool: which objects, of which it is known how they look, do not look like which detections."""
+    known = objects.unit(found.space)
+    if found.features is None or known is None:
+        return np.zeros((len(lifted), len(objects)), np.bool_)
+    settled = np.array([obj.n >= how.settled for obj in objects.all], np.bool_)
+    unlike: NDArray[np.bool_] = found.features[lifted.source] @ known.T < how.alike
+    return unlike & settled
 
 
 def _swallowed(

@@ -4,26 +4,42 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cgdb.errors import FormatError, StoreError, UsageError
-from cgdb.ingest.mapping.mapper import Mapper, Mapping
+from cgdb.ingest.mapping.mapper import Mapper, Mapping, Session
+from cgdb.ingest.mapping.presence import Presence
 from cgdb.ingest.mapping.voxels import COLUMNS, SLOTS
 
-VERSION = 2
+VERSION = 3
 
 
-def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
-    """Write a mapper's state, whole or not at all. done: {recording: how many of its frames are in}."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a recording is mapped: frames start, start + stride, ... before `next`, at (width, height) if any."""
+
+    start: int
+    stride: int
+    size: tuple[int, int] | None
+    next: int
+
+
+def save(mapper: Mapper, path: Path, done: dict[str, Progress]) -> None:
+    """Write a mapper's state, whole or not at all. done: {recording: what of it is in}."""
     state = {
         "version": VERSION,
         "parameters": mapper.how.as_record(),
         "frames": mapper.frames,
         "detections": mapper.detections,
-        "done": done,
+        "newest": mapper.newest,
+        "cared": mapper.cared,
+        "sessions": [[session.recording, session.first] for session in mapper.sessions],
+        "opinions": mapper.opinions.to_record(),
+        "done": {recording: asdict(progress) for recording, progress in done.items()},
         "objects": mapper.objects.to_record(),
     }
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -32,6 +48,8 @@ def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
     arrays["free"] = mapper.voxels.free
     arrays.update({f"space:{name}": sums for name, sums in mapper.objects.sums().items()})
     arrays.update(mapper.objects.sights())
+    if mapper.presence is not None:
+        arrays.update({f"presence:{part.name}": getattr(mapper.presence, part.name) for part in fields(Presence)})
     try:
         with half.open("wb") as file:
             np.savez(file, state=np.frombuffer(json.dumps(state).encode(), np.uint8), **arrays)
@@ -43,7 +61,7 @@ def save(mapper: Mapper, path: Path, done: dict[str, int]) -> None:
         raise StoreError(f"{path}: the state of the mapping cannot be written: {error.strerror or error}") from error
 
 
-def load(path: Path, how: Mapping) -> tuple[Mapper, dict[str, int]]:
+def load(path: Path, how: Mapping) -> tuple[Mapper, dict[str, Progress]]:
     """The mapper of a file and what it has seen; UsageError where it was made with other parameters."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
@@ -64,9 +82,19 @@ def load(path: Path, how: Mapping) -> tuple[Mapper, dict[str, int]]:
     mapper = Mapper(how)
     try:
         _fill(mapper, state, arrays)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+        return mapper, {str(name): _progress(value) for name, value in state["done"].items()}
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise FormatError(f"{path}: the state of the mapping is damaged", hint="map the recording anew") from error
-    return mapper, {str(name): int(count) for name, count in state["done"].items()}
+
+
+def _progress(value: dict[str, Any]) -> Progress:
+    size = value["size"]
+    return Progress(
+        start=int(value["start"]),
+        stride=int(value["stride"]),
+        size=None if size is None else (int(size[0]), int(size[1])),
+        next=int(value["next"]),
+    )
 
 
 def _fill(mapper: Mapper, state: dict[str, Any], arrays: dict[str, Any]) -> None:
@@ -81,3 +109,8 @@ def _fill(mapper: Mapper, state: dict[str, Any], arrays: dict[str, Any]) -> None
         state["objects"], {name[6:]: values for name, values in arrays.items() if name.startswith("space:")}, arrays
     )
     mapper.frames, mapper.detections = int(state["frames"]), int(state["detections"])
+    mapper.newest, mapper.cared = int(state["newest"]), int(state["cared"])
+    mapper.opinions.fill(state["opinions"], mapper.objects)
+    mapper.sessions = [Session(str(recording), int(first)) for recording, first in state["sessions"]]
+    if "presence:points" in arrays:
+        mapper.presence = Presence(**{part.name: arrays[f"presence:{part.name}"] for part in fields(Presence)})

@@ -217,6 +217,13 @@ class Objects:
             raise ValueError("features of another number of objects")
         self._make_room(max(64, 2 * len(self.all)))
 
+    def adopt(self, objects: list[MapObject], sums: dict[str, NDArray[np.float32]]) -> None:
+        """Become these objects, whose crops are kept here already; sums: as sums() gives them."""
+        self.all, self._sums = objects, sums
+        self._born = max((obj.id for obj in objects), default=-1) + 1
+        self._background = {obj.label: at for at, obj in enumerate(objects) if obj.background}
+        self._make_room(max(64, 2 * len(objects)))
+
     def merge(self, into: NDArray[np.intp], voxels: Voxels) -> None:
         """Fold each object i into object into[i] (itself: it stays; -1: it goes), here and in the voxels."""
         stays = np.flatnonzero(into == np.arange(len(self.all)))

@@ -30,7 +30,8 @@ class Lifting:
     pixels that is an edge; the noise of depth cameras is even in inverse depth, and so are planes seen askew. rim:
     pixels from the outline of a mask that are weak evidence. cell: voxels along a side of a cell of the clustering;
     core: voxels that a cell and its neighbours must hold. least_voxels: smaller detections are dropped. spacing: points
-    nearer to each other than this share of a voxel are not all used.
+    nearer to each other than this share of a voxel are not all used. repeated: of two detections with so large an
+    intersection over union of their voxels, only the surer counts.
     """
 
     nearest: float = 0.1
@@ -41,6 +42,7 @@ class Lifting:
     core: int = 6
     least_voxels: int = 4
     spacing: float = 0.6
+    repeated: float = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +51,8 @@ class Lifted:
 
     source (k,): their rows among the detections. rows (m,) int32: voxels, ascending within a detection; owner (m,):
     whose; strength (m,) float32: 1 near the outline, STRONG within. low, high (k, 3) int32: boxes in cells.
-    points (k,): voxels of strength STRONG.
+    points (k,): voxels of strength STRONG. mask_rows, mask_owner (w,) int32: the same of all that the masks cover,
+    before anything was taken for noise.
     """
 
     source: NDArray[np.intp]
@@ -59,6 +62,8 @@ class Lifted:
     low: Ints
     high: Ints
     points: NDArray[np.intp]
+    mask_rows: Ints
+    mask_owner: Ints
 
     def __len__(self) -> int:
         return len(self.source)
@@ -84,8 +89,11 @@ def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: N
     place_of[pixels] = place
     owner, place, strong = _distinct(picks, place_of, len(rows))
     row = rows[place]
+    alone = ~_repeated(owner, place, strong, len(rows), found, how)
+    first = alone[owner]
+    owner, row, strong = owner[first], row[first], strong[first]
     kept = pieces(owner, voxels.cells[row], whole, how)
-    return _lifted(len(picks), owner[kept], row[kept], strong[kept], voxels, how)
+    return _lifted(len(picks), owner, row, strong, kept, voxels, how)
 
 
 def usable_pixels(depth: Floats, how: Lifting) -> NDArray[np.bool_]:
@@ -280,15 +288,52 @@ def components(n: int, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.i
     return label
 
 
-def _lifted(count: int, owner: Ints, row: Ints, strong: NDArray[np.bool_], voxels: Voxels, how: Lifting) -> Lifted:
-    n = np.bincount(owner, minlength=count)
-    enough = n >= how.least_voxels
-    kept = enough[owner]
-    number = np.cumsum(enough) - 1
-    owner, row, strong = number[owner[kept]].astype(np.int32), row[kept], strong[kept]
+def _repeated(
+    owner: Ints, place: Ints, strong: NDArray[np.bool_], n: int, found: Detections, how: Lifting
+) -> NDArray[np.bool_]:
+    """(k,) bool: detections that show nearly what a surer one shows. One thing that is detected twice is one sighting.
+
+    owner, place (m,): the voxels of each, numbered below n.
+    """
+    count = len(found)
+    repeated = np.zeros(count, np.bool_)
+    box = found.xyxy
+    inner = np.minimum(box[:, None, 2:], box[None, :, 2:]) - np.maximum(box[:, None, :2], box[None, :, :2])
+    common = np.prod(np.maximum(inner, 0.0), axis=2)
+    area = np.diagonal(common)
+    near = np.triu(common >= how.repeated * 0.8 * (area[:, None] + area[None, :] - common), 1)
+    if not near.any():
+        return repeated
+    start = np.searchsorted(owner, np.arange(count + 1))
+    flags = np.zeros(n, np.bool_)
+    for a, b in np.argwhere(near).tolist():
+        mine, yours = place[start[a] : start[a + 1]], place[start[b] : start[b + 1]]
+        flags[mine] = True
+        both = int(np.count_nonzero(flags[yours]))
+        flags[mine] = False
+        if both and both >= how.repeated * (len(mine) + len(yours) - both):
+            repeated[b if found.confidence[a] >= found.confidence[b] else a] = True
+    return repeated
+
+
+def _lifted(
+    count: int,
+    mask_owner: Ints,
+    mask_rows: Ints,
+    mask_strong: NDArray[np.bool_],
+    kept: NDArray[np.bool_],
+    voxels: Voxels,
+    how: Lifting,
+) -> Lifted:
+    """The detections with enough voxels. kept (w,): which voxels of the masks are no noise."""
+    enough = np.bincount(mask_owner[kept], minlength=count) >= how.least_voxels
     source = np.flatnonzero(enough)
     if not len(source):
         return _nothing()
+    number = (np.cumsum(enough) - 1).astype(np.int32)
+    stays = enough[mask_owner]
+    chosen = np.flatnonzero(kept & stays)
+    owner, row, strong = number[mask_owner[chosen]], mask_rows[chosen], mask_strong[chosen]
     start = np.searchsorted(owner, np.arange(len(source)))
     cells = voxels.cells[row]
     return Lifted(
@@ -299,6 +344,8 @@ def _lifted(count: int, owner: Ints, row: Ints, strong: NDArray[np.bool_], voxel
         low=np.minimum.reduceat(cells, start),
         high=np.maximum.reduceat(cells, start),
         points=np.bincount(owner, weights=strong, minlength=len(source)).astype(np.intp),
+        mask_rows=mask_rows[stays],
+        mask_owner=number[mask_owner[stays]],
     )
 
 
@@ -311,6 +358,8 @@ def _nothing() -> Lifted:
         low=np.zeros((0, 3), np.int32),
         high=np.zeros((0, 3), np.int32),
         points=np.zeros(0, np.intp),
+        mask_rows=np.zeros(0, np.int32),
+        mask_owner=np.zeros(0, np.int32),
     )
 
 

@@ -11,9 +11,11 @@ from cgdb.ingest.detections.detections import BACKGROUND, Detections, Selection,
 from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping import tidy
 from cgdb.ingest.mapping.associate import Association, associate
-from cgdb.ingest.mapping.clouds import scene_of
+from cgdb.ingest.mapping.clouds import object_rows, scene_of
+from cgdb.ingest.mapping.consensus import Consensus, Opinions
 from cgdb.ingest.mapping.fuse import VIEWS, Objects, claims
 from cgdb.ingest.mapping.lift import Lifting, lift
+from cgdb.ingest.mapping.presence import Presence
 from cgdb.ingest.mapping.voxels import Voxels
 from cgdb.scene import SceneGraph
 
@@ -35,6 +37,7 @@ class Mapping:
     selection: Selection = field(default_factory=Selection)
     lifting: Lifting = field(default_factory=Lifting)
     association: Association = field(default_factory=Association)
+    consensus: Consensus = field(default_factory=Consensus)
     tidying: tidy.Tidying = field(default_factory=tidy.Tidying)
 
     def as_record(self) -> dict[str, Any]:
@@ -42,54 +45,106 @@ class Mapping:
         return asdict(self)
 
 
+@dataclass(frozen=True, slots=True)
+class Session:
+    """One recording of the place. first: the number, in the map, of its frame 0."""
+
+    recording: str
+    first: int
+
+
 class Mapper:
-    """A map in the making. Give it frames in any order and number; ask for the scene at any time."""
+    """A map in the making. Give it frames in any order and number; ask for the scene at any time.
+
+    sessions: the recordings so far; frames are numbered on from one to the next.
+    """
 
     def __init__(self, how: Mapping | None = None) -> None:
         self.how = how or Mapping()
         self._selection = replace(self.how.selection, skip_background=self.how.background == "skip")
         self.voxels = Voxels(self.how.voxel)
         self.objects = Objects(renormalise=self.how.renormalise, views=self.how.views, crops=self.how.crops)
+        self.opinions = Opinions()
         self.frames = 0
         self.detections = 0
-        self._cared = self._newest = -1
+        self.newest = self.cared = -1
+        self.sessions: list[Session] = []
+        self.presence: Presence | None = None
+
+    def begin(self, recording: str) -> None:
+        """From now on frames are of another recording of the same place, in the same coordinates."""
+        self.sessions.append(Session(recording, self.newest + 1))
+        if len(self.sessions) > 1:
+            clouds = zip(self.objects.all, object_rows(self), strict=True)
+            things = {obj.id: self.voxels.mean_points(rows) for obj, rows in clouds if not obj.background and len(rows)}
+            self.presence = Presence.of_clouds(things)
 
     def step(self, frame: Frame, found: Detections) -> None:
         """Take one frame in. The time that it takes depends on the frame, not on what is mapped already."""
         how = self.how
+        if self.sessions and self.sessions[-1].first:
+            frame = replace(frame, index=frame.index + self.sessions[-1].first)
         self.objects.check(found, frame.name)
         found = select(found, frame, self._selection)
         room = np.array([how.background == "merge" and label in BACKGROUND for label in found.labels], np.bool_)
         lifted = lift(frame, found, self.voxels, how.lifting, whole=room)
         room = room[lifted.source]
         matches = associate(lifted, found, self.objects, self.voxels, how.association, alone=room)
+        self.opinions.watch(lifted, found.space, self.objects, self.voxels, room, how.consensus)
         went = self.objects.fuse(frame, found, lifted, matches.objects, room)
         for k in np.flatnonzero(matches.out_of >= 0).tolist():
             self.voxels.hand_over(lifted.rows[lifted.owner == k], int(matches.out_of[k]), int(went[k]))
         rows, objects, strength = claims(lifted, went)
         self.voxels.vote(rows, objects, strength)
         self.voxels.last[rows] = self.frames
+        if self.presence is not None:
+            self.presence.watch(frame)
         self.frames += 1
-        self._newest = max(self._newest, frame.index)
+        self.newest = max(self.newest, frame.index)
         self.detections += len(lifted)
         self._tidy()
 
     def finish(self) -> None:
         """Last care, when no more frames come: noise, duplicates and passing sights go."""
         tidy.denoise(self.voxels, self.frames + self.how.tidying.old + 1, self.how.tidying)
-        tidy.drop(self.objects, self.voxels, self.how.tidying)
-        tidy.merge(self.objects, self.voxels, self.how.tidying)
+        self._merge()
+        # Only now: two halves that were seen twice each are one thing that was seen four times.
+        tidy.drop(self.objects, self.voxels, self.opinions, self.how.tidying)
 
     def scene(self, name: str, **about: Any) -> SceneGraph:
-        """The map as it is now, without the objects that were hardly seen yet."""
-        return scene_of(self, name, **about)
+        """The map as it is now, without the objects that were hardly seen yet.
+
+        Of a place that was recorded several times, an object says in which recording it was seen last, and whether it
+        is present: seen in the latest, or its place was seen empty. Neither, and nobody knows.
+        """
+        scene = scene_of(self, name, **about)
+        if self.presence is None:
+            return scene
+        gone, latest = self.presence.gone(), self.sessions[-1]
+        last = {obj.id: obj.last for obj in self.objects.all}
+        made = []
+        for obj in scene.objects:
+            properties = dict(obj.properties)
+            at = last[int(obj.id)]
+            properties["last_session"] = next(s.recording for s in reversed(self.sessions) if s.first <= at)
+            if at >= latest.first:
+                properties["present"] = True
+            elif obj.id in gone:
+                properties["present"] = False
+            made.append(replace(obj, properties=properties))
+        sessions = [{"recording": session.recording, "first": session.first} for session in self.sessions]
+        return replace(scene, objects=tuple(made), provenance={**scene.provenance, "sessions": sessions})
 
     def _tidy(self) -> None:
         how, done = self.how.tidying, self.frames
         if how.denoise_every and done % how.denoise_every == 0:
             tidy.denoise(self.voxels, self.frames, how)
         if how.filter_every and done % how.filter_every == 0:
-            tidy.drop(self.objects, self.voxels, how)
+            tidy.drop(self.objects, self.voxels, self.opinions, how)
         if how.merge_every and done % how.merge_every == 0:
-            tidy.merge(self.objects, self.voxels, how, since=self._cared)
-            self._cared = self._newest
+            self._merge(since=self.cared)
+            self.cared = self.newest
+
+    def _merge(self, since: int | None = None) -> None:
+        how = self.how
+        tidy.merge(self.objects, self.voxels, self.opinions, how.tidying, how.consensus, since=since)

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.ingest.mapping.associate import neighbours
+from cgdb.ingest.mapping.consensus import Consensus, Opinions
 from cgdb.ingest.mapping.fuse import Objects
 from cgdb.ingest.mapping.lift import STRONG
 from cgdb.ingest.mapping.voxels import Voxels
 
 _CHUNK = 1 << 16
+_SCATTER = 2.0
+"""So many times the expected square distance of two means is still one thing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +25,8 @@ class Tidying:
     denoise_every, merge_every, filter_every: frames; 0 is never, but all three are done at the end. share, strength: a
     voxel is an object's where at least this share of its sightings say so, and so many. old: frames after which a
     voxel that hardly anything spoke for is forgotten. overlap, semantic, text: objects merge when this share of one's
-    voxels are or touch the other's, and their features are so alike (cosine). least_detections: fewer is no object.
+    voxels are or touch the other's, and their features are so alike (cosine); touching: this share is enough where no
+    view showed both and they look the same. least_detections: fewer is no object.
     """
 
     denoise_every: int = 20
@@ -32,6 +36,7 @@ class Tidying:
     strength: float = STRONG
     old: int = 20
     overlap: float = 0.7
+    touching: float = 0.1
     semantic: float = 0.8
     text: float = 0.8
     least_detections: int = 3
@@ -47,18 +52,32 @@ def denoise(voxels: Voxels, now: int, how: Tidying) -> None:
         voxels.forget(rows)
 
 
-def merge(objects: Objects, voxels: Voxels, how: Tidying, *, since: int | None = None) -> int:
-    """Merge objects that lie within each other and look alike; how many went. Background is left as it is.
+def merge(
+    objects: Objects,
+    voxels: Voxels,
+    opinions: Opinions,
+    how: Tidying,
+    consensus: Consensus,
+    *,
+    since: int | None = None,
+) -> int:
+    """Merge objects that look alike and lie within each other, or that views agree are one; how many went.
 
-    since: look only at objects that were seen in that frame or later, so that the time does not grow with the map.
+    Background is left as it is. since: look only at objects that were seen in that frame or later, so that the time
+    does not grow with the map.
     """
     n = len(objects)
     things = np.array([not o.background and (since is None or o.last >= since) for o in objects.all], np.bool_)
     candidates = _candidates(objects, how) & things[:, None]
-    if not candidates.any():
+    # Of two that views say are one, the one that was detected less goes.
+    order = np.lexsort((-np.arange(n), np.array([obj.n for obj in objects.all]))).argsort()
+    agreed = opinions.agreed(objects, consensus) & (order[:, None] < order[None, :])
+    if not (candidates | agreed).any():
         return 0
     some: NDArray[np.bool_] = np.asarray(candidates.any(axis=1))
     ratio = np.where(candidates, shared(objects, voxels, how, some), 0.0)
+    ratio[(ratio > how.touching) & look_the_same(objects) & ~opinions.parted(objects)] = 1.0
+    ratio[agreed] = 1.0
     i, j = np.nonzero(ratio > how.overlap)
     order = np.lexsort((j, i, -ratio[i, j]))
     into = np.arange(n)
@@ -73,6 +92,7 @@ def merge(objects: Objects, voxels: Voxels, how: Tidying, *, since: int | None =
             into[a] = into[into[a]]
     gone = int((into != np.arange(n)).sum())
     if gone:
+        opinions.rename(objects.all, into)
         objects.merge(into, voxels)
     return gone
 
@@ -88,6 +108,29 @@ def _candidates(objects: Objects, how: Tidying) -> NDArray[np.bool_]:
         if unit is not None:
             pairs &= unit @ unit.T > least
     return pairs
+
+
+def look_the_same(objects: Objects) -> NDArray[np.bool_]:
+    """(n, n) bool: the pairs whose mean features differ no more than the means of as many views of one thing do.
+
+    The views of a thing scatter about their mean, and the mean of n of them by 1 / n of that variance. Objects that
+    were seen once scatter as the others do.
+    """
+    n = np.array([obj.n for obj in objects.all], np.float64)
+    same = np.zeros((len(n), len(n)), np.bool_)
+    image = next((sums for name, sums in objects.sums().items() if not name.endswith("_text")), None)
+    if image is None or not (n > 1).any():
+        return same
+    mean = image / n[:, None]
+    length = (mean**2).sum(axis=1)
+    variance = (1.0 - np.minimum(length, 1.0)) * n / np.maximum(n - 1.0, 1.0)
+    variance[n < 2] = np.median(variance[n > 1])
+    apart = length[:, None] + length[None, :] - 2.0 * (mean @ mean.T)
+    expected = (variance / n)[:, None] + (variance / n)[None, :]
+    # Views without features shorten a mean, and it says nothing of its scatter then.
+    whole = length > 0.5
+    same |= (apart < _SCATTER * expected) & whole[:, None] & whole[None, :]
+    return same
 
 
 def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -122,9 +165,10 @@ def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bo
     return ratio.astype(np.float32)
 
 
-def drop(objects: Objects, voxels: Voxels, how: Tidying) -> int:
+def drop(objects: Objects, voxels: Voxels, opinions: Opinions, how: Tidying) -> int:
     """Drop the objects that were detected less often than asked; how many went."""
     into = np.array([i if obj.n >= how.least_detections else -1 for i, obj in enumerate(objects.all)], np.intp)
     if (into < 0).any():
+        opinions.rename(objects.all, into)
         objects.merge(into, voxels)
     return int((into < 0).sum())

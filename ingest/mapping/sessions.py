@@ -1,0 +1,115 @@
+"""A map that is gone on with another day: from its state, or from the scene that became of it."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from collections.abc import Mapping as MappingOf
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cgdb.errors import UsageError
+from cgdb.ingest.mapping.fuse import MapObject, Sighting
+from cgdb.ingest.mapping.lift import STRONG
+from cgdb.ingest.mapping.mapper import Mapper, Mapping, Session
+from cgdb.scene import PropertyValue, SceneGraph, SceneObject
+
+CERTAIN = 3
+"""Sightings that a voxel of a finished map is worth: new ones can outvote it, one cannot."""
+
+
+def mapper_of(scene: SceneGraph, how: Mapping) -> Mapper:
+    """A mapper that goes on with a scene that was mapped: its objects with their ids, clouds, features and views.
+
+    What a scene does not hold is lost: weak claims, the scatter of features, and who was seen beside whom. UsageError
+    where the scene is none that `cgdb map` made.
+    """
+    mapper = Mapper(how)
+    objects, ids = mapper.objects, [obj.id for obj in scene.objects]
+    if scene.provenance.get("made_by") != "cgdb map" or not all(isinstance(name, int) and name >= 0 for name in ids):
+        raise UsageError(f"scene '{scene.name}' was not made by cgdb map, so it cannot be mapped further")
+    records, sums = [], {space.name: np.zeros((len(ids), space.dimension), np.float32) for space in scene.spaces}
+    for at, obj in enumerate(scene.objects):
+        if obj.points is None or obj.colors is None or not len(obj.points):
+            raise UsageError(f"scene '{scene.name}': object {obj.id} has no cloud, so the map cannot be gone on with")
+        records.append(_object_of(mapper, obj, at))
+        for space, feature in obj.features.items():
+            sums[space][at] = feature * max(records[-1].n, 1)
+    objects.adopt(records, sums)
+    about = scene.provenance
+    mapper.frames, mapper.detections = int(about.get("frames", 0)), int(about.get("detections", 0))
+    mapper.newest = mapper.cared = max((obj.last for obj in records), default=-1)
+    mapper.sessions = [Session(str(one["recording"]), int(one["first"])) for one in about.get("sessions", ())]
+    if not mapper.sessions:
+        mapper.sessions = [Session(str(about.get("recording", scene.name)), 0)]
+    return mapper
+
+
+def _object_of(mapper: Mapper, obj: SceneObject, at: int) -> MapObject:
+    """The object, its points back in the voxels."""
+    assert obj.points is not None and obj.colors is not None
+    voxels, n = mapper.voxels, obj.n_observations or 1
+    rows, _ = voxels.add_samples(obj.points.astype(np.float32), obj.colors)
+    worth = np.full(len(rows), STRONG * min(n, CERTAIN), np.float32)
+    voxels.vote(rows, np.full(len(rows), at, np.int32), worth)
+    labels = Counter(dict.fromkeys(obj.tags, 1))
+    if obj.tag:
+        labels[obj.tag] = n
+    first, last = (_whole(obj.properties, name) for name in ("first_frame", "last_frame"))
+    seen = [
+        Sighting(
+            view.points,
+            view.frame,
+            view.box,
+            view.source or "",
+            np.eye(4) if view.T_world_camera is None else view.T_world_camera,
+            None if view.image is None else mapper.objects.crops.keep(view.image),
+        )
+        for view in obj.views
+    ]
+    heapq.heapify(seen)
+    assert isinstance(obj.id, int)
+    return MapObject(
+        id=obj.id,
+        low=voxels.cells[rows].min(axis=0),
+        high=voxels.cells[rows].max(axis=0),
+        background=bool(obj.properties.get("background", False)),
+        first=first,
+        last=last,
+        n=n,
+        confidence=n * (1.0 if obj.confidence is None else obj.confidence),
+        labels=labels,
+        views=seen,
+    )
+
+
+def _whole(properties: MappingOf[str, PropertyValue], name: str) -> int:
+    value = properties.get(name, 0)
+    return int(value) if isinstance(value, (int, float)) else 0
+
+
+def carried(scene: SceneGraph, before: SceneGraph) -> SceneGraph:
+    """The scene with what others have said of its objects since: captions, properties, and relations not of geometry.
+
+    A map knows names and boxes only; a caption, or "can be sat on", is of the thing and not of the day.
+    """
+    old = {obj.id: obj for obj in before.objects}
+    objects = []
+    for obj in scene.objects:
+        known = old.get(obj.id)
+        if known is not None:
+            tag = known.tag if known.caption is not None and known.tag else obj.tag
+            kept: dict[str, Any] = {name: v for name, v in known.properties.items() if name not in _OWN}
+            obj = replace(obj, tag=tag, caption=known.caption or obj.caption, properties={**kept, **obj.properties})
+        objects.append(obj)
+    names = {obj.id for obj in objects} | {place.id for place in before.places}
+    relations = [r for r in before.relations if r.origin != "geometry" and r.source in names and r.target in names]
+    return replace(
+        scene, objects=tuple(objects), relations=(*scene.relations, *relations), places=(*scene.places, *before.places)
+    )
+
+
+_OWN = frozenset({"background", "first_frame", "last_frame", "n_views", "last_session", "present"})
+"""Properties that mapping sets, and unsets."""
