@@ -171,7 +171,7 @@ def test_a_full_disk_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_checkpoint_keeps_views_and_crops(tmp_path: Path) -> None:
     mapper, whole = mapped(6), mapped(6)
-    checkpoint.save(mapper, tmp_path / "state.npz", {"a": 6})
+    checkpoint.save(mapper, tmp_path / "state.npz", {})
     again, _ = checkpoint.load(tmp_path / "state.npz", Mapping())
     assert plain(again.scene("room")) == plain(mapper.scene("room"))
     for index in range(6, 12):
