@@ -193,7 +193,7 @@ def answered(
             told_of = [f"{shown(row[1])} is in {shown(row[0])}" for row in rows[:NAMED]]
             return True, "; ".join(told_of) + _more(len(rows)), []
     if asked.first is not None and ordered:
-        return True, yes + _first(asked, rows, columns, several), []
+        return _first(asked, rows, columns, several)
     value = lambda row: f" ({said})" if (said := measured(row, columns)) else ""  # noqa: E731
     number = f"{len(rows):,} or more" if len(rows) >= most else f"{len(rows):,}"
     fits = f"{number} fit{'s' if len(rows) == 1 else ''}"
@@ -257,23 +257,23 @@ def _apart(row: Row, scenes: bool) -> str:
     return f"{called(row, scenes=scenes)} is {metres(distance)} m from {clean(str(nodes[1]), 80)}"
 
 
-def _first(asked: Asked, rows: Sequence[Row], columns: Sequence[str], scenes: bool) -> str:
-    first = asked.first
+def _first(asked: Asked, rows: Sequence[Row], columns: Sequence[str], scenes: bool) -> tuple[bool, str, list[Fact]]:
+    """The first of an order, with what it was ordered by; false where the map gives no box to order by."""
+    first, yes = asked.first, "yes: " if asked.polar else ""
     assert first is not None
-    if "distance" in columns and first.by == "distance":
-        if len(first_nodes := [v for v in rows[0].values if isinstance(v, StoredNode)]) > 1 and len(rows) == 1:
-            return f"{_apart(rows[0], scenes)}" if first_nodes else ""
-        value = lambda row: f", {metres(row[columns.index('distance')])} m"  # noqa: E731
-        return f"{first.text}: {named(rows, value, scenes=scenes)}"
     by = first.by if first.by in columns else "level" if first.by == "z" else "volume"
-    known = [row for row in rows if by in columns and row[columns.index(by)] is not None] or rows
     order = {1: "", 2: "second ", 3: "third "}.get(first.rank, f"{first.rank}th ")
+    known = [row for row in rows if by not in columns or row[columns.index(by)] is not None]
+    if not known:
+        return False, f"{order}{first.text}: the map holds no boxes of {named(rows, scenes=scenes)}", []
+    if by == "distance" and len(known) == 1 and sum(isinstance(value, StoredNode) for value in known[0]) > 1:
+        return True, f"{yes}{_apart(known[0], scenes)}", []
 
     def size(row: Row) -> str:
-        said = measured(row, columns, only=by)
+        said = f"{metres(row[columns.index(by)])} m" if by == "distance" else measured(row, columns, only=by)
         return f" ({said})" if said else ""
 
-    return f"{order}{first.text}: {named(known, size, scenes=scenes)}"
+    return True, f"{yes}{order}{first.text}: {named(known, size, scenes=scenes)}", []
 
 
 def _trait(asked: Asked, rows: Sequence[Row], scenes: bool) -> tuple[bool, str, list[Fact]]:

@@ -10,12 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cgdb.binder import bind
+from cgdb.english.intent import Setting
+from cgdb.english.spelling import corrected
 from cgdb.english.translate import Translation, translate
 from cgdb.errors import UsageError
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
 from cgdb.index.catalog import Catalog
 
+PHRASINGS = Path(__file__).parent / "golden" / "ask_phrasings.txt"
 GOLDEN = Path(__file__).parent / "golden" / "translate_questions.txt"
 OBJECTS = {("Object", "Object"): 9}
 CAPTIONS = Catalog(labels={"Object": 9})
@@ -56,6 +59,78 @@ def asked(question: str, catalog: Catalog = FLAT, *, up: str = "z") -> Translati
 @pytest.mark.parametrize(("catalog", "question", "statement"), golden())
 def test_questions(catalog: str, question: str, statement: str) -> None:
     assert asked(question, CATALOGS[catalog]).text == statement
+
+
+SETTINGS = {
+    "captions": (CAPTIONS, Setting()),
+    "room": (ROOM, Setting()),
+    "flat": (FLAT, Setting(places=PLACES)),
+    "exact": (ROOM, Setting(tells=False)),
+    "after": (ROOM, Setting(previous=True)),
+    "lab": (ROOM, Setting(frames=(("lab", "-y", 0.5),))),
+    "homes": (ROOM, Setting(frames=(("a", "z", 0.0), ("b", "-y", -1.25)))),
+}
+"""Stores that differ: exact: names and boxes only; after: a question that follows another; lab: -y is up and the floor
+at 0.5 m; homes: two scenes of unlike frames."""
+
+
+def phrasings() -> list[tuple[str, str, list[str]]]:
+    """(setting, question, CGQL and what was assumed and left out) of the file of phrasings."""
+    blocks = PHRASINGS.read_text(encoding="utf-8").split("\n\n")[1:]
+    found = []
+    for block in blocks:
+        line, *rest = block.strip("\n").splitlines()
+        setting, _, question = line.partition(" | ")
+        found.append((setting, question, [one.strip() for one in rest]))
+    return found
+
+
+def phrased(setting: str, question: str) -> Translation:
+    """The translation in a setting, after a check that its text is its tree and that the store knows its names."""
+    catalog, where = SETTINGS[setting]
+    made = translate(question, catalog, setting=where)
+    assert parse(made.text) == made.query
+    bind(made.query, catalog, {"previous": [1]})
+    return made
+
+
+@pytest.mark.parametrize(("setting", "question", "said"), phrasings())
+def test_phrasings(setting: str, question: str, said: list[str]) -> None:
+    made = phrased(setting, question)
+    notes = [*(f"assumed: {line}" for line in made.assumed), *(f"left out: {line}" for line in made.ignored)]
+    assert [made.text, *notes] == said
+
+
+def test_there_are_many_phrasings() -> None:
+    assert len(phrasings()) >= 150
+    assert {setting for setting, _, _ in phrasings()} == set(SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("question", "read"),
+    [
+        ("wat is on teh tabel", "what is on the table"),
+        ("whre is the lmap", "where is the lamp"),
+        ("the refridgerator", "the refrigerator"),
+        ("somthing to sit on", "something to sit on"),
+        ("a chiar behnd the desk", "a chair behind the desk"),
+    ],
+)
+def test_slips_of_the_pen(question: str, read: str) -> None:
+    mended, notes = corrected(question, frozenset(("lamp",)))
+    assert mended == read
+    assert notes and all(line.startswith("read ") for line in notes)
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        "a cake form", "something for peace and quiet", "my zipper is broken", "a rat", "the Kallax next to the Billy",
+        "sneakers", "quelque chose", "a trilby hat", "grey or gray", "temporarily securing a hem",
+    ],
+)  # fmt: skip
+def test_what_is_no_slip_stays(question: str) -> None:
+    assert corrected(question) == (question, ())
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,11 @@ class _Reader(Lookahead):
         if state is None and len(kept) > 1 and kept[0].form in cues.STATE_ADJECTIVES and not self._prefix:
             # "Closed cupboards", by the state where the map holds it, else by these words.
             state, with_state, wanted = cues.STATES[kept[0].form], wanted, joined(self._text, kept[1:])
+        first = self._first
+        number = question_measures.counted(kept[0].form) if len(kept) > 1 else 0
+        if first is not None and not first.count and number:
+            first, kept = replace(first, count=number), kept[1:]  # "the two chairs closest to the door"
+            wanted = joined(self._text, kept)
         form = self._form
         if form == "room" and kept and kept[0].form == "most":
             form, wanted = "per room", joined(self._text, kept[1:])
@@ -92,7 +97,7 @@ class _Reader(Lookahead):
             places=tuple(self._inside),
             not_places=tuple(self._outside),
             measured=tuple(self._measured),
-            first=None if self._first is None else replace(self._first, single=not _plural(kept)),
+            first=None if first is None else replace(first, single=not _plural(kept)),
             state=state,
             with_state=with_state,
         )

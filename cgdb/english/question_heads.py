@@ -65,6 +65,7 @@ _LEFT_OVER = listed(
     "is are was were have has look weigh take up occupy needs need apart there away be possess tall high"
 )
 _POLAR = listed("is are was were does do has have")
+_DETERMINERS = listed("the a an any my our your every each all some")
 _ASIDE = listed("you we i they one")
 
 
@@ -103,7 +104,7 @@ def head(found: Sequence[Word]) -> Head | None:
         return _compared(what, rest)
     if form == "distance":
         return _distance(rest)
-    if what == "weight" and length == 3 and rest[-1].form != "weigh":
+    if what == "weight" and said[1].form == "much" and rest[-1].form != "weigh":
         return None  # "how much does ..." asks for a price, or anything
     while rest and form in ("measure", "trait") and rest[-1].form in _LEFT_OVER:
         rest.pop()
@@ -115,6 +116,14 @@ def is_polar(found: Sequence[Word]) -> bool:
     start = _past_leads(found)
     forms = [word.form for word in found[start : start + 2]]
     return len(forms) == 2 and forms[0] in _POLAR and not (forms[0] in ("do", "have") and forms[1] == "not")
+
+
+def without_auxiliary(found: Sequence[Word]) -> Sequence[Word]:
+    """The words without the "does" of "does the sofa have a pillow on it?", which belongs to its verb."""
+    at = _past_leads(found)
+    if at + 2 < len(found) and found[at].form in ("does", "do", "did") and found[at + 1].form in _DETERMINERS:
+        return (*found[:at], *found[at + 1 :])
+    return found
 
 
 def in_each_scene(found: Sequence[Word]) -> int | None:

@@ -209,12 +209,12 @@ def first(text: str, found: Sequence[Word], begin: int, things: Things) -> tuple
     rank, count, i = 1, 0, begin
     if _form(found, i) in cues.STARTERS:
         i += 1
-    if _form(found, i) == "top" and _counted(_form(found, i + 1)):
+    if _form(found, i) == "top" and counted(_form(found, i + 1)):
         i += 1
     if _form(found, i) in cues.ORDINALS:
         rank, i = cues.ORDINALS[_form(found, i)], i + 1
-    elif _counted(_form(found, i)):
-        count, i = _counted(_form(found, i)), i + 1
+    elif counted(_form(found, i)):
+        count, i = counted(_form(found, i)), i + 1
     hit: tuple[int, tuple[str, bool]] | None = cues.superlatives().at(found, i)
     heavy = _heaviest().at(found, i)
     if hit is None and heavy is not None:
@@ -222,8 +222,8 @@ def first(text: str, found: Sequence[Word], begin: int, things: Things) -> tuple
     if hit is None:
         return None
     (by, descending), j = hit[1], i + hit[0]
-    if not count and _counted(_form(found, j)):
-        count, j = _counted(_form(found, j)), j + 1  # "the nearest two chairs"
+    if not count and counted(_form(found, j)):
+        count, j = counted(_form(found, j)), j + 1  # "the nearest two chairs"
     said, to, away = stretch(text, found[i : i + hit[0]]), None, (0, 0)
     if by == "distance":
         if _form(found, j) in ("to", "from") or _form(found, j) in cues.STARTERS:
@@ -238,7 +238,7 @@ def first(text: str, found: Sequence[Word], begin: int, things: Things) -> tuple
     return First(by=by, descending=descending, to=to, rank=rank, count=count, text=said), j, away
 
 
-def _counted(form: str) -> int:
+def counted(form: str) -> int:
     """How many a word says, 0 where it says none."""
     if form.isdigit() and 0 < len(form) < 4:
         return int(form)

@@ -125,7 +125,10 @@ class _Writer:
         for measured in asked.measured:
             found = self.values.condition(measured)
             if found is not None:
+                several = measured.than is not None and measured.than != PREVIOUS and measured.op != "<="
                 self._ask(found[0], f"not {measured.text}", f"measured: {measured.text}")
+                if several:
+                    self.assumed.append(f"{measured.text}: where there are several, any of them will do")
                 columns.extend(found[1])
                 if measured.op == "~":
                     self.assumed.append(f"{measured.text}: give or take a tenth")
@@ -256,7 +259,7 @@ class _Writer:
         side = found[0]
         if relation_names.says(self.catalog, side):
             return replace(located, name=side)
-        said = re.sub(r"\s+(?:the|a|an)\s.*$", "", located.text)
+        said = re.sub(r"\s+(?:the|a|an)\s(?!left|right|front|back|rear|side).*$", "", located.text)
         self.assumed.append(f"{said}: that depends on where one stands, which the map does not hold; taken as close by")
         return located
 

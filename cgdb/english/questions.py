@@ -15,7 +15,7 @@ from cgdb.english.intent import Asked, Located
 from cgdb.english.lookahead import PREVIOUS
 from cgdb.english.phrases import Phrases, Word, cleaned, stretch, words
 from cgdb.english.question_frames import MARKS, begins_question
-from cgdb.english.question_heads import head, in_each_scene, is_polar
+from cgdb.english.question_heads import head, in_each_scene, is_polar, without_auxiliary
 
 MOST_WORDS = 200
 """Words of a question that are read: more than anybody asks, and few enough for any text to be cheap."""
@@ -46,7 +46,7 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
     asked = _headed(text, found, read_all, previous=previous)
     if asked is None:
         each = in_each_scene(found)
-        asked = read_all(found if each is None else found[:each])
+        asked = read_all(without_auxiliary(found if each is None else found[:each]))
         if each is not None and asked.form in ("count", "find", "exists"):
             asked = replace(asked, form="per scene", what="most")
         asked = replace(asked, polar=asked.form == "exists" or is_polar(found))

@@ -18,8 +18,8 @@ _SMALL = listed("the what where which how many with there that this show find ne
 _RIGHT = listed("form thee thy tha hat bat rat cat mat")
 SHORTEST = 5
 """Letters of a word that may be read as the name of a thing."""
-SURE = 6
-"""Letters from which on one may also be another letter: "peace" is no peach."""
+SURE = 7
+"""Letters from which on one may also be wrong, missing or too many: "peace" is no peach, "blank" no bank."""
 
 
 def corrected(text: str, store: frozenset[str] = frozenset()) -> tuple[str, tuple[str, ...]]:
@@ -28,7 +28,8 @@ def corrected(text: str, store: frozenset[str] = frozenset()) -> tuple[str, tupl
     parts: list[str] = []
     end = 0
     for i, word in enumerate(words(text)):
-        meant = _meant(word.form, store, first=i < 2)
+        name = i > 0 and text[word.start : word.start + 1].isupper()
+        meant = None if name else _meant(word.form, store, first=i < 2)
         if meant is not None and word.end > word.start:
             parts.extend((text[end : word.start], meant))
             notes.append(f'read "{text[word.start : word.end]}" as "{meant}"')
@@ -49,7 +50,8 @@ def _meant(form: str, store: frozenset[str], *, first: bool) -> str | None:
     if small:
         return small[0]
     if len(form) < SHORTEST:
-        return None
+        swapped = [word for word in sorted(store) if _slip(form, word) == "swapped"]
+        return swapped[0] if len(swapped) == 1 and len(form) == SHORTEST - 1 else None
     found = sorted(word for word in _targets() | store if word[0] == form[0] and _fits(form, word))
     kept = [word for word in found if word in store] or found
     return kept[0] if len({singular(word) for word in kept}) == 1 else None
@@ -57,9 +59,10 @@ def _meant(form: str, store: frozenset[str], *, first: bool) -> str | None:
 
 def _fits(form: str, word: str) -> bool:
     slip = _slip(form, word)
-    if slip == "changed":
-        return len(form) >= SURE and form[-1] == word[-1]
-    return slip is not None and len(word) >= SHORTEST - 1
+    if slip == "swapped":
+        return True
+    enough = SHORTEST if word in RELATION_WORDS else SURE
+    return slip is not None and len(form) >= enough and form[-1] == word[-1]
 
 
 def _slip(form: str, word: str) -> str | None:
@@ -95,7 +98,9 @@ def _vocabulary() -> frozenset[str]:
 @lru_cache(maxsize=1)
 def _targets() -> frozenset[str]:
     """What a slip may be read as: names of things, and the longer words that questions are made of."""
-    longer = (word for word in (*FUNCTION_WORDS, *RELATION_WORDS, *_cue_words()) if len(word) >= SHORTEST)
+    tables = (cues.negations(), cues.relations(), cues.superlatives(), cues.comparatives(), cues.rooms())
+    said = (word for table in tables for word in table.words())
+    longer = (word for word in (*cues.GENERIC, *RELATION_WORDS, *said) if len(word) >= SHORTEST)
     return frozenset(word for word in (*knowledge().nouns, *longer) if word.isascii() and word.isalpha())
 
 
