@@ -9,6 +9,7 @@ from cgdb.cli import render, tables
 from cgdb.cli.commands import words
 from cgdb.cli.session import Use, quoted
 from cgdb.cli.tables import grid
+from cgdb.cli.views import box_text, picture_text, record_of
 from cgdb.cli.vocabulary import written_id
 from cgdb.errors import UsageError, did_you_mean, one_of
 from cgdb.index.catalog import merge
@@ -60,12 +61,16 @@ def _show_one(session: Session, view: SceneView, node: StoredNode) -> None:
     screen = session.screen
     name = view.info.name
     relations = session.db.relations(node.id, scene=name, as_of=session.use.as_of)
+    views = session.db.views(node.id, scene=name, as_of=session.use.as_of)
     if session.settings["mode"] in ("json", "jsonl"):
-        record = {**node.to_dict(), "relations": [relation.to_dict() for relation in relations]}
+        record = {
+            **node.to_dict(),
+            "relations": [relation.to_dict() for relation in relations],
+            "views": [record_of(node.id, rank, seen) for rank, seen in enumerate(views, start=1)],
+        }
         render.records([record], tuple(record), session.settings["mode"])
         return
-    fields = _fields(node)
-    fields += _views(session.db.views(node.id, scene=name, as_of=session.use.as_of))
+    fields = _fields(node) + _views(views)
     inside = _places(view, node)
     if inside:
         fields.append(("in", ", ".join(inside)))
@@ -105,8 +110,6 @@ def _fields(node: StoredNode) -> list[tuple[str, Any]]:
 
 def _views(views: Sequence[View]) -> list[tuple[str, Any]]:
     """The frames in which it was seen best, a line for each of the first few."""
-    from cgdb.cli.views import box_text, picture_text
-
     fields: list[tuple[str, Any]] = []
     for rank, view in enumerate(views[:MOST_VIEWS]):
         source = f" ({view.source})" if view.source else ""
