@@ -37,8 +37,9 @@ from cgdb.meaning.embed import Encoder
 from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
 from cgdb.model.pictures import checked, data_url, tower
-from cgdb.model.prompts import Surroundings, describing, with_picture
+from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker, named
+from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
 from cgdb.result import Reason, Result, Row
 from cgdb.shortlist import by_score, identity, is_total, of_objects, shortlist, uncut

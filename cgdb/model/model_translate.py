@@ -13,10 +13,10 @@ from cgdb.grammar import ast
 from cgdb.grammar.parser import grammar
 from cgdb.model.abilities import GRAMMARS, kind_of
 from cgdb.model.llm import REFUSED, Meter, Model, ModelError, Reply
-from cgdb.model.prompts import Surroundings, repair, translation
 from cgdb.model.query_from_json import from_json
 from cgdb.model.query_schema import schema
 from cgdb.model.replies import json_in, statement
+from cgdb.model.translation_prompt import Surroundings, repair, translation
 
 MOST_REPAIRS = 2
 LONGEST = 700
