@@ -226,7 +226,14 @@ def _mapping(commands: Any) -> None:
     )
     mapping.add_argument("--every", type=int, default=100, metavar="N", help="write a revision every N frames (100)")
     mapping.add_argument("--keep-state", action="store_true", help="keep what is needed to map further another day")
-    mapping.add_argument("--resume", action="store_true", help="go on with the scene, with this recording or another")
+    mapping.add_argument("--resume", action="store_true", help="go on with this recording where its mapping was left")
+    mapping.add_argument(
+        "--extend", action="store_true", help="map this recording of the same place into the scene that is there"
+    )
+    mapping.add_argument("--pose", metavar="FILE", help="4 x 4 numbers that bring this recording into the map")
+    mapping.add_argument(
+        "--ahead", type=int, default=2, metavar="N", help="frames to read and detect ahead, in threads; 0: none (2)"
+    )
     mapping.add_argument(
         "--on-existing",
         choices=("error", "replace"),

@@ -94,7 +94,8 @@ def test_mapping_goes_on_in_the_same_place(tmp_path: Path) -> None:
     with cgdb.open(store, text_encoder=None) as db:
         before = db.scene("room", clouds=False)
         assert before.provenance["frames"] == 8
-    assert main(["map", str(again), *common, "--resume"]) == 0
+    assert main(["map", str(again), *common, "--resume"]) == 2
+    assert main(["map", str(again), *common, "--extend"]) == 0
     with cgdb.open(store, text_encoder=None) as db:
         after = db.scene("room", clouds=False)
         assert after.provenance["frames"] == 16

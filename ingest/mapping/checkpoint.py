@@ -20,12 +20,16 @@ VERSION = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """How far a recording is mapped: frames start, start + stride, ... before `next`, at (width, height) if any."""
+    """How far a recording is mapped: frames start, start + stride, ... before `next`, at (width, height) if any.
+
+    pose: T_map_recording, 16 numbers row by row; None where the recording is in the map's coordinates.
+    """
 
     start: int
     stride: int
     size: tuple[int, int] | None
     next: int
+    pose: tuple[float, ...] | None = None
 
 
 def save(mapper: Mapper, path: Path, done: dict[str, Progress]) -> None:
@@ -94,6 +98,7 @@ def _progress(value: dict[str, Any]) -> Progress:
         stride=int(value["stride"]),
         size=None if size is None else (int(size[0]), int(size[1])),
         next=int(value["next"]),
+        pose=None if value["pose"] is None else tuple(float(number) for number in value["pose"]),
     )
 
 
