@@ -17,10 +17,11 @@ _FRAMES: Mapping[str, str] = {
         me|us? to? please?, show|find|get|bring|fetch|give|tell|hand|point me|us? please?, locate, list all?, name,
         look|search|looking|searching for, point me? at|to, take me to, identify, detect, select, pick, choose,
         return, i|we|you am|are looking|searching for, i|we would? like|love|want|need, i|we want|need|would like you
-        to find|see|locate|get|have|fetch|buy, i|we am|are trying to find|locate, help me find, let us find, do you
+        to find|see|locate|get|have|fetch|buy, i|we am|are trying to find|locate, help me find, let us find,
+        would|do you mind finding|showing|bringing|getting|fetching me?, do you
         know, have you seen, i wonder, tell me, i|we can|could not find, i|we have? lost, i|we do not know,
         which|what|any|one|all|some|each|every of the|these|those|my, all the|of|my?, every, each, the following,
-        which|what objects|object|things|thing|items|item is|are, what is|are the?, what|which, who is,
+        which|what objects|object|things|thing|items|item is|are, what else? is|are the?, what|which, who is,
         this|that|it|he|she is, this|that looks like, these|those|they are, here is|are, there is|are, the?
         image|picture|photo|object|item|thing|objects|things is|are|of|shows|show, a|an|the picture|photo showing, i
         see, i am thinking of, describe, is|are""",
@@ -71,13 +72,20 @@ _NEGATIONS: Mapping[str, str] = {
     "kind": """if not, but please? no|not, please no|not, but the|my, other than, others than, unlike, dissimilar to,
         different to|from|than, except for?, excepting, besides, apart from, aside from, rather than, as opposed to,
         in contrast to, contrary to, excluding, exclude, ignoring, disregarding, leaving out, but not|no, and not|no,
-        yet not|no, not, no, nor, without, without any, lacking, never, free of|from, minus, anything but, everything
-        but, all but, any but, something but, but for, save for, unrelated to, not related to, not like, not a kind
-        of, not some kind of, neither, with no, with no kind of, that|which|who has|have|had|contains|contain no,
-        has|have no, i|we? would rather|prefer not to?, i|we? prefer not to?, nothing, none of, that|which|who
-        is|are|were not, is|are|be not, it|this|they|these is|are not, good|better|suitable|nice|best?
-        alternative|alternatives to, a|an substitute for, not any, and|but it|they is|are not, other then, not being""",
-    "behind": "is|are not an? option|allowed|available|possible|suitable|welcome|wanted|permitted|ok|okay",
+        yet not|no, not, no, nor, without, without any, lacking, though|although|albeit not, but none|nothing
+        about|of|from|with|that?, of|in any|a|some? color|colour|material|shape|size but|except|besides, of|in a|any?
+        color|colour|material|shape|size other than, that|which is|are any color|colour|material|shape
+        but|except|besides, if|when|because? i|we do not want|like|need, never, free of|from, minus, anything but,
+        everything but, all but, any but, something but, but for, save for, unrelated to, not related to, not
+        associated|connected with|to, dissociated from, irrelevant to, having|has|have? nothing to do with, with
+        nothing to do with, that|which has|have nothing to do with, far from being, that|which? is|are? far from, not
+        like, not a kind of, not some kind of, neither, with no, with no kind of, that|which|who
+        has|have|had|contains|contain no, has|have no, i|we? would rather|prefer not to?, i|we? prefer not to?,
+        nothing, none of, that|which|who is|are|were not, is|are|be not, it|this|they|these is|are not,
+        good|better|suitable|nice|best? alternative|alternatives to, a|an substitute for, not any, and|but it|they
+        is|are not, other then, not being""",
+    "behind": """is|are not an? option|allowed|available|possible|suitable|welcome|wanted|permitted|ok|okay, is|are
+        out of the question, is|are forbidden|excluded|prohibited|banned, is|are off limits""",
     "instead": "instead of, in place of, in lieu of",
     "dislike": """for|to someone|somebody|anyone|people|persons|those|guests|kids|children who|that
         dislikes|dislike|hates|hate|detests|detest|avoids|avoid|fears|fear|loathes|loathe, for a|the|my

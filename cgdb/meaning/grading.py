@@ -20,7 +20,10 @@ RIDGE = 1.0
 
 
 class Grades:
-    """Estimates by trait; the regression is prepared when the first is asked for (some 20 ms), each is remembered."""
+    """Estimates by trait; the regression is prepared when the first is asked for (some 20 ms), each is remembered.
+
+    Only for traits that lie on a scale: of the others ("edible") the table knows who has them, and there is no more.
+    """
 
     def __init__(self, known: Knowledge, names: Floats) -> None:
         """names: (m, d) vectors of the things' names, in the order of Knowledge.names."""
@@ -39,14 +42,13 @@ class Grades:
     def _lean(self, trait: int) -> Floats:
         known = self._known
         row = next((row for row, scale in enumerate(known.scales) if trait in scale), None)
-        of_class = known.has[:, trait] if row is None else known.places[row]
-        told = np.isfinite(of_class)
-        if told.sum() < 2 or np.ptp(of_class[told]) == 0.0:
-            return np.zeros(len(of_class), dtype=np.float32)
-        level = np.float32(of_class[told].mean())
-        beyond = self._smoothed(np.where(told, of_class - level, np.float32(0.0))) + level - of_class
-        if row is not None:
-            beyond *= _towards(known.scales[row].index(trait), len(known.scales[row]))
+        if row is None:
+            return np.zeros(len(known.names), dtype=np.float32)
+        places = known.places[row]
+        told = np.isfinite(places)
+        level = np.float32(places[told].mean())
+        beyond = self._smoothed(np.where(told, places - level, np.float32(0.0))) + level - places
+        beyond *= _towards(known.scales[row].index(trait), len(known.scales[row]))
         return np.asarray(np.where(told, np.clip(beyond, -1.0, 1.0), 0.0), dtype=np.float32)
 
     def _smoothed(self, values: Floats) -> Floats:

@@ -311,9 +311,7 @@ def knowledge() -> Knowledge:
         consumables=np.asarray(is_a[:, [first[name] for name in everyday.CONSUMABLES]].any(axis=1)),
         vocabulary=words | ADJECTIVES | COMMON_WORDS | {word for key in trait_by_name for word in key},
         nouns=frozenset(key[-1] for key in thing_by_name if len(key[-1]) > 2),
-        use_of=np.asarray([(number[u], i, d) for i in range(m) for u, d in uses_of[i].items()], np.int32).reshape(
-            -1, 3
-        ),
+        use_of=np.asarray(own_uses, dtype=np.int32).reshape(-1, 3),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,
         version=_version(),
