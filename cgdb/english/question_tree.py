@@ -31,7 +31,7 @@ MOST_ANCHORS = 4
 """Things that one relation may name ("between a, b and c")."""
 
 _SAYS: Mapping[str, str] = {"next_to": "next to", "front": "in front of", "attached": "attached to"}
-_SORTS: Mapping[str, str] = {"kind": "kind", "traits": "property", "use": "use", "name": "name"}
+_SORTS: Mapping[str, str] = {"kind": "kind", "traits": "property", "use": "use", "name": "name", "told": "as told"}
 _SIDES = re.compile(r"\b(left|right)\b|^(front|behind)$")
 _SUPERLATIVE = re.compile(r"\b(?:(?:the )?(?:most|least) \w+|\w{3,}est)\b", re.IGNORECASE)
 

@@ -87,7 +87,7 @@ def _headed(
         against = stretch(text, kept)
         if not kept or kept[0].form in PRONOUNS:
             against = PREVIOUS if begins.against and previous else ""
-    if not asked.wanted and previous and begins.subject and begins.subject[0].form in PRONOUNS:
+    if previous and (asked.wanted.casefold() in _BACK or (not asked.wanted and begins.subject[0].form in PRONOUNS)):
         asked = Asked(wanted=PREVIOUS)
     what, level = begins.what, tuple(one for one in asked.located if _over_floor(one))
     if what == "height" and level:
