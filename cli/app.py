@@ -400,6 +400,26 @@ def _models(commands: Any) -> None:
     relate.add_argument("--batch", type=int, default=6, metavar="N", help="pairs per call (6)")
     _added(relate)
 
+    tag = _command(
+        commands,
+        "tag",
+        "tagging:tag",
+        "give objects without a name the names of a vocabulary that they look most like, by CLIP",
+        "cgdb tag home.cgdb --vocabulary names.txt --dry-run\n\n"
+        "FILE holds a name on each line, or a JSON list; names.npz (names, vectors), or names.json beside names.npy, "
+        "holds\nvectors computed elsewhere, and needs no CLIP here",
+    )
+    tag.add_argument("store", metavar="STORE")
+    tag.add_argument("--vocabulary", required=True, metavar="FILE", help="the names, as below")
+    tag.add_argument("--scene", action="append", help="this scene only (may be repeated)")
+    tag.add_argument("--space", help="the feature space to compare in (the first with an encoder)")
+    tag.add_argument("--top", type=int, default=5, metavar="N", help="tags of an object, the nearest first (5)")
+    tag.add_argument("--replace", action="store_true", help="tag named things too; the name is kept as tag_before")
+    tag.add_argument("--dry-run", action="store_true", help="say what would be tagged, and write nothing")
+    tag.add_argument("--json", action="store_true", help="what was done, as JSON on stdout")
+    tag.add_argument("--quiet", action="store_true", help="no progress, no summary")
+    _encoders(tag)
+
     evaluate = commands.add_parser("eval", help="measure how good maps are, and how well questions are answered")
     evaluations = evaluate.add_subparsers(title="evaluations", metavar="WHAT", required=True)
     from cgdb.cli import evaluate_options

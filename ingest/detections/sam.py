@@ -58,30 +58,51 @@ class Sam:
         self._processor = processor
         self.name = f"segment anything ({name})"
 
-    def answers(self, rgb: NDArray[np.uint8], kind: str, prompts: list[Any], batch: int) -> Iterator[tuple[Any, Any]]:
-        """(masks (k, 3, h', w') as logits, their expected quality (k, 3)) for batches of prompts, in order.
+    def ask(self, rgb: NDArray[np.uint8], kind: str, prompts: list[Any]) -> Asked:
+        """Look at a picture (h, w, 3) once, for all prompts.
 
-        kind: "input_points", each prompt [[x, y]], or "input_boxes", each [left, top, right, bottom], in pixels. The
-        picture is looked at once.
+        kind: "input_points", each prompt [[x, y]], or "input_boxes", each [left, top, right, bottom], in pixels.
         """
         inputs = self._processor(images=rgb, return_tensors="pt", **{kind: [prompts]})
-        self._sizes = inputs["original_sizes"], inputs.get("reshaped_input_sizes")
-        scaled = inputs[kind].to(self._device, self._dtype)
-        embedding = self._model.get_image_embeddings(inputs["pixel_values"].to(self._device, self._dtype))
-        for start in range(0, len(prompts), batch):
-            some = {kind: scaled[:, start : start + batch]}
-            answer = self._model(image_embeddings=embedding, multimask_output=True, **some)
+        return Asked(
+            model=self._model,
+            processor=self._processor,
+            embedding=self._model.get_image_embeddings(inputs["pixel_values"].to(self._device, self._dtype)),
+            kind=kind,
+            prompts=inputs[kind].to(self._device, self._dtype),
+            original=inputs["original_sizes"],
+            reshaped=inputs.get("reshaped_input_sizes"),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Asked:
+    """A picture that was looked at, with prompts in the model's own pixels."""
+
+    model: Any
+    processor: Any
+    embedding: Any
+    kind: str
+    prompts: Any
+    original: Any
+    reshaped: Any
+
+    def answers(self, batch: int) -> Iterator[tuple[Any, Any]]:
+        """(masks (k, 3, h', w') as logits, their expected quality (k, 3)) for batches of the prompts, in order."""
+        for start in range(0, self.prompts.shape[1], batch):
+            some = {self.kind: self.prompts[:, start : start + batch]}
+            answer = self.model(image_embeddings=self.embedding, multimask_output=True, **some)
             yield answer.pred_masks[0], answer.iou_scores[0].float()
 
     def enlarged(self, logits: Any) -> Iterator[Any]:
-        """Logits (k, h', w') at the size of the picture that was looked at last, some at a time."""
-        original, reshaped = self._sizes
+        """Logits (k, h', w') at the size of the picture, some at a time."""
         for start in range(0, len(logits), AT_ONCE):
             some = [logits[start : start + AT_ONCE, None].float()]
-            if reshaped is None:
-                (made,) = self._processor.post_process_masks(some, original, binarize=False)
+            if self.reshaped is None:
+                (made,) = self.processor.post_process_masks(some, self.original, binarize=False)
             else:
-                (made,) = self._processor.image_processor.post_process_masks(some, original, reshaped, binarize=False)
+                enlarge = self.processor.image_processor.post_process_masks
+                (made,) = enlarge(some, self.original, self.reshaped, binarize=False)
             yield made[:, 0]
 
 
@@ -101,11 +122,12 @@ class SamGrid:
         points = np.stack(np.meshgrid(steps * width, steps * height), axis=-1).reshape(-1, 1, 2).tolist()
         masks, scores = [np.zeros((0, height, width), np.bool_)], [np.zeros(0, np.float32)]
         with transformers()[0].inference_mode():
-            for logits, quality in self._sam.answers(rgb, "input_points", points, grid.batch):
+            asked = self._sam.ask(rgb, "input_points", points)
+            for logits, quality in asked.answers(grid.batch):
                 # What is not sure is most of it, and is not worth enlarging.
                 sure = quality >= grid.quality
                 rest = quality[sure]
-                for full in self._sam.enlarged(logits[sure]):
+                for full in asked.enlarged(logits[sure]):
                     these, rest = rest[: len(full)], rest[len(full) :]
                     inner = (full > grid.offset).flatten(1).sum(1).float()
                     outer = (full > -grid.offset).flatten(1).sum(1).float()
@@ -125,8 +147,9 @@ def masks_of_boxes(sam: Sam, rgb: NDArray[np.uint8], boxes: NDArray[np.float32])
     if len(boxes):
         torch = transformers()[0]
         with torch.inference_mode():
-            for logits, quality in sam.answers(rgb, "input_boxes", boxes.tolist(), BOXES):
+            asked = sam.ask(rgb, "input_boxes", boxes.tolist())
+            for logits, quality in asked.answers(BOXES):
                 best = quality.argmax(1)
                 chosen = logits[torch.arange(len(best), device=logits.device), best]
-                made += [(full > 0).cpu().numpy() for full in sam.enlarged(chosen)]
+                made += [(full > 0).cpu().numpy() for full in asked.enlarged(chosen)]
     return np.concatenate(made)

@@ -13,14 +13,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.errors import EncoderError, FormatError
-from cgdb.ingest import strict_json
+from cgdb.errors import EncoderError
 from cgdb.ingest.detections.clip import PictureEncoder
 from cgdb.ingest.detections.models import device_of, loaded, transformers
-from cgdb.ingest.frames import poses
+from cgdb.meaning.names import read_names
 
-MOST_NAMES = 20_000
-LONGEST_NAME = 100
 PROMPT = "a photo of a {}"
 TILES = (1, 2, 3)
 """Parts along a side in which a picture is looked at: small things are lost in the whole."""
@@ -102,21 +99,6 @@ def load_tagger(what: str, clip: PictureEncoder) -> Tagger:
         auto = getattr(library, "AutoModelForImageTextToText", None) or library.AutoModelForVision2Seq
         return CaptionTags(loaded(auto, rest), loaded(library.AutoProcessor, rest), rest)
     return ListedTags(read_names(Path(what)))
-
-
-def read_names(path: Path) -> list[str]:
-    """The names in a file: one on a line, # for comments, or a JSON list. FormatError where it is neither."""
-    text = poses.text_of(path)
-    listed: Any = strict_json.parse(text) if path.suffix == ".json" else text.splitlines()
-    if not isinstance(listed, list) or not all(isinstance(item, str) for item in listed):
-        raise FormatError(f"{path}: must be a list of names")
-    names = [" ".join(line.split()) for line in listed if line.strip() and not line.lstrip().startswith("#")]
-    names = list(dict.fromkeys(names))
-    if not names:
-        raise FormatError(f"{path}: holds no names", hint="one name on a line")
-    if len(names) > MOST_NAMES or max(map(len, names)) > LONGEST_NAME:
-        raise FormatError(f"{path}: holds more than {MOST_NAMES:,} names, or one of more than {LONGEST_NAME} letters")
-    return names
 
 
 def tiles(rgb: NDArray[np.uint8], sides: Sequence[int] = TILES) -> list[NDArray[np.uint8]]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import redirect_stdout
-from io import StringIO
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +36,7 @@ def read(path: Path, most_pixels: int) -> NDArray[Any]:
         if width < 1 or height < 1 or width * height > most_pixels:
             raise FormatError(f"{path.name}: is {width} x {height} pixels")
         # The library prints what is wrong with a file, beside raising it or leaving the pixels out.
-        with redirect_stdout(StringIO()), OpenEXR.File(str(path), separate_channels=True) as file:
+        with _quiet(), OpenEXR.File(str(path), separate_channels=True) as file:
             channels = file.channels()
             name = next((name for name in CHANNELS if name in channels), None)
             if name is None and len(channels) == 1:
@@ -47,3 +49,31 @@ def read(path: Path, most_pixels: int) -> NDArray[Any]:
     if pixels.shape != (height, width):
         raise FormatError(f"{path.name}: its pixels are damaged")
     return pixels
+
+
+_ONE_AT_A_TIME = threading.Lock()
+
+
+class _Deaf:
+    """A stream that writes what other threads print, and not what this one does."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream, self._thread = stream, threading.get_ident()
+
+    def write(self, text: str) -> int:
+        return len(text) if threading.get_ident() == self._thread else int(self._stream.write(text))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Nothing of this thread reaches stdout, which is for data."""
+    with _ONE_AT_A_TIME:
+        before = sys.stdout
+        sys.stdout = _Deaf(before)
+        try:
+            yield
+        finally:
+            sys.stdout = before
