@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from cgdb.ingest import load
 from cgdb.meaning import background
+from cgdb.meaning.calibration import Calibration
 from cgdb.meaning.embed import Encoder, text_encoder
-from cgdb.meaning.scoring import Calibration, Meaning, Scorer
+from cgdb.meaning.scoring import Meaning, Scorer
 from cgdb.meaning.texts import TextIndex
 
 Floats = NDArray[np.float32]

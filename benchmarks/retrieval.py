@@ -32,7 +32,7 @@ import cgdb
 from benchmarks.judged import QUERIES, Asker, Bench, Floats, Outcome, Query, fits_cell, nothing_cell, outcome, recall
 from benchmarks.report import table
 from cgdb.ingest import load
-from cgdb.meaning.scoring import Calibration
+from cgdb.meaning.calibration import Calibration
 from cgdb.result import StoredNode
 
 KINDS = ("descriptive", "affordance", "negation")

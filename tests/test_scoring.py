@@ -16,10 +16,12 @@ from hypothesis import strategies as st
 
 from benchmarks.judged import Bench, outcome, recall, split
 from cgdb.meaning import background, everyday
-from cgdb.meaning.embed import Encoder, text_encoder
-from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.calibration import Calibration
 from cgdb.meaning.contrast import contrast, contrast_others
-from cgdb.meaning.scoring import Calibration, Evidence, Meaning, Scorer, Space
+from cgdb.meaning.embed import Encoder, text_encoder
+from cgdb.meaning.image_features import Space
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.scoring import Evidence, Meaning, Scorer
 from cgdb.meaning.texts import TextIndex
 
 GOLDEN = json.loads((Path(__file__).parent / "golden" / "degrees.json").read_text("utf-8"))

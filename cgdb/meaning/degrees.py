@@ -17,6 +17,7 @@ from cgdb.errors import BindError, CgdbError, EncoderError
 from cgdb.meaning import background, scoring
 from cgdb.meaning.embed import Encoder
 from cgdb.meaning.encoders import Encoders
+from cgdb.meaning.image_features import Space
 from cgdb.meaning.texts import TextIndex
 from cgdb.meaning.words import head_phrase
 from cgdb.scene import FeatureSpace
@@ -177,14 +178,14 @@ class Degrees:
             )
         return self._scorer
 
-    def _features(self, space: FeatureSpace) -> scoring.Space:
+    def _features(self, space: FeatureSpace) -> Space:
         index = self._view.vectors(space.name)
         made = self._encoders.space(space)
         behind = None
         if made is not None and not isinstance(made, CgdbError):
             with contextlib.suppress(EncoderError):  # a vocabulary may lack the background: the scene itself stands in
                 behind = self._encoders.encode(made, background.names())
-        return scoring.Space(keys=index.keys, vectors=index.matrix, background=behind)
+        return Space(keys=index.keys, vectors=index.matrix, background=behind)
 
     def _embeddings(self, encoder: Encoder) -> NDArray[np.float32] | None:
         """(t, d) the vectors of the scene's texts, NaN rows for those not encoded yet.

@@ -22,10 +22,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.meaning.contrast import contrast, contrast_others, log_odds, normalised, probability, unit
+from cgdb.meaning.calibration import Calibration
+from cgdb.meaning.contrast import contrast, log_odds, probability, unit
 from cgdb.meaning.facets import Facets
 from cgdb.meaning.grading import Grades
+from cgdb.meaning.image_features import Images, Space
 from cgdb.meaning.knowledge import Knowledge, knowledge
+from cgdb.meaning.row_lists import Lists
 from cgdb.meaning.texts import Source, TextIndex
 from cgdb.meaning.traits import MOSTLY, UNKNOWN
 from cgdb.meaning.words import head_phrase, query_words
@@ -35,12 +38,6 @@ Rows = NDArray[np.int64]
 
 NEAR_ENOUGH = 0.55
 """Cosine from which a name that the table lacks ("voice assitant") is taken for the nearest thing that it has."""
-
-SMALL_GAP = 0.1
-"""Below this difference of mean cosines a space keeps texts and images together, and texts measure both."""
-
-MOST_SLOTS = 64
-"""Texts or things of one object that are compared; a node with more is data, not a description."""
 
 DOUBT = 0.1
 """Weight of the even chance in every pool: little evidence moves the degree little."""
@@ -84,20 +81,6 @@ class Meaning:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Space:
-    """The image features of a scene in one space: keys (n,) int64 ascending, vectors (n, d) float32.
-
-    background: (m, d) vectors of background.names() by the space's text encoder. Without it (the encoder is not at
-    hand, the question is a picture) the contrast is with the scene's own features: the best of this scene stand out,
-    whether they are good or not.
-    """
-
-    keys: NDArray[np.int64]
-    vectors: Floats
-    background: Floats | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
     """keys (n,) int64; degree (n,) float32, all evidence together; parts: {evidence: (n,) float32, NaN = has none}.
 
@@ -116,116 +99,6 @@ class Evidence:
         return float(self.degree[row]) if row < len(self.keys) and int(self.keys[row]) == key else 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Calibration:
-    """The few fitted numbers: where each evidence says 0.5, how steeply, and what it counts for in the pool.
-
-    line, slope: in standard deviations above the background. weight: {form of the question: {evidence: weight}}.
-    words: {form: log-odds that a full match of the question's words adds}. argument: log-odds that a thing loses when
-    the question only says what is to be done to it. cover: standard deviations that a use gains when it has all words
-    of the question; part, verb: those that it loses when the thing plays another part in it ("drink from" for "drink"),
-    or its verb is another. rival: the share of the best thing's deviations that any other must reach, and so the line
-    of questions that the table answers well.
-
-    Chosen by leaving maps out (benchmarks/retrieval.py --fit), where neighbouring values do as well; what is wrong with
-    uses was seen on the development half of benchmarks/queries and is reported on the other.
-    The line of images is where precision and recall meet on LVIS features in scenes of 60 objects; what "name" weighs
-    (brands, numbers) and "traits" is set by hand, for lack of judged questions of those forms.
-    """
-
-    line: Mapping[str, float] = field(
-        default_factory=lambda: {"name": 3.0, "caption": 3.0, "image": 3.2, "use": 3.0, "topic": 4.0}
-    )
-    slope: Mapping[str, float] = field(
-        default_factory=lambda: {"name": 1.5, "caption": 1.5, "image": 1.5, "use": 1.5, "topic": 1.5}
-    )
-    weight: Mapping[str, Mapping[str, float]] = field(
-        default_factory=lambda: {
-            "kind": {"name": 0.3, "caption": 1.2, "image": 1.5, "known": 3.0},
-            "name": {"name": 0.6, "caption": 0.6, "image": 1.0, "known": 0.5},
-            "use": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 1.5},
-            "traits": {"name": 0.05, "caption": 0.02, "image": 0.5, "known": 2.0},
-        }
-    )
-    words: Mapping[str, float] = field(default_factory=lambda: {"kind": 1.0, "name": 5.0, "use": 0.0, "traits": 0.0})
-    argument: float = 4.0
-    cover: float = 3.0
-    part: float = 5.0
-    verb: float = 2.0
-    rival: float = 0.6
-    adds: float = 0.3
-    beside: float = 0.5
-    inherited: float = 0.4
-    grade: float = 0.5
-    guess: float = 0.8
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Lists:
-    """Lists of ids per row, as CSR, and cut across: slots[j] holds the rows that have a j-th id, and that id.
-
-    A row has one to three ids, as a rule: a maximum over slots is a few whole-array steps, ten times faster than
-    reduceat over tens of thousands of short lists.
-    """
-
-    indptr: Rows
-    ids: NDArray[np.int32]
-    slots: tuple[tuple[Rows, NDArray[np.int32]], ...]
-
-    @classmethod
-    def of(cls, n: int, rows: NDArray[np.int32], ids: NDArray[np.int32]) -> _Lists:
-        """Any order; an id that a row has twice is kept once."""
-        pairs = np.unique(rows.astype(np.int64) << 32 | ids)
-        rows, ids = (pairs >> 32).astype(np.int32), (pairs & 0xFFFFFFFF).astype(np.int32)
-        return cls._of_pointers(np.searchsorted(rows, np.arange(n + 1)).astype(np.int64), ids)
-
-    @classmethod
-    def _of_pointers(cls, indptr: Rows, ids: NDArray[np.int32]) -> _Lists:
-        counts = np.diff(indptr)
-        slots = []
-        for j in range(min(int(counts.max(initial=0)), MOST_SLOTS)):
-            rows = np.flatnonzero(counts > j)
-            slots.append((rows, ids[indptr[rows] + j]))
-        return cls(indptr=indptr, ids=ids, slots=tuple(slots))
-
-    def only(self, rows: Rows) -> _Lists:
-        """The lists of some rows, renumbered."""
-        counts = self.indptr[rows + 1] - self.indptr[rows]
-        indptr = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
-        flat = np.arange(int(indptr[-1])) + np.repeat(self.indptr[rows] - indptr[:-1], counts)
-        return self._of_pointers(indptr, self.ids[flat])
-
-    def of_row(self, row: int) -> NDArray[np.int32]:
-        """The ids of one row."""
-        return self.ids[self.indptr[row] : self.indptr[row + 1]]
-
-    def best(self, values: Floats) -> Floats:
-        """(n,) per row the largest of its ids' values, NaN where there is none."""
-        best = np.full(len(self.indptr) - 1, np.nan, dtype=np.float32)
-        for j, (rows, ids) in enumerate(self.slots):
-            if len(rows) == len(best):
-                np.fmax(best, values[ids], out=best)
-            elif j == 0:
-                best[rows] = values[ids]
-            else:
-                best[rows] = np.fmax(best[rows], values[ids])
-        return best
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _TextBackground:
-    """How near the everyday things' names are to each image: mean, spread (n,); and what tells a text from a picture.
-
-    centre: (d,) the mean of the names' vectors. Texts lie together in such spaces and images elsewhere, so a question
-    whose cosine with the centre reaches texts_from is a text; any other is a picture, and is measured by pictures.
-    """
-
-    mean: Floats
-    spread: Floats
-    centre: Floats
-    texts_from: float
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _View:
     """The rows that a question is asked of: all of the scene, or the few that a plan has left.
@@ -235,8 +108,8 @@ class _View:
 
     rows: Rows | None
     keys: NDArray[np.int64]
-    texts: Mapping[str, _Lists]
-    things: _Lists
+    texts: Mapping[str, Lists]
+    things: Lists
     masks: NDArray[np.uint64]
     stated: NDArray[np.int64]
     told: NDArray[np.bool_]
@@ -266,15 +139,12 @@ class Scorer:
         self._embeddings = embeddings
         self._background = background
         self._grades = None if background is None else Grades(self._known, background[: len(self._known.names)])
-        self._image_rows: dict[str, NDArray[np.int64]] = {}
-        self._images: dict[str, tuple[Floats, Floats, _TextBackground | None]] = {}
-        for name, space in (spaces or {}).items():
-            self._add_space(name, space)
+        self._images = {name: Images.of(space, index.keys) for name, space in (spaces or {}).items()}
         n, rows = len(index.keys), index.rows_of_entries()
         texts = {}
         for name, sources in _GROUPS.items():
             chosen = np.isin(index.sources, sources)
-            texts[name] = _Lists.of(n, rows[chosen], index.text_ids[chosen])
+            texts[name] = Lists.of(n, rows[chosen], index.text_ids[chosen])
         captions = texts["caption"].ids
         self._shared = np.unique(captions[captions < index.n_names])
         masks, stated = np.unique(index.facts.stated, return_inverse=True)
@@ -306,7 +176,9 @@ class Scorer:
             parts["words"] = self._words_part(view, meaning.text or "", asks)
         for name, vector in meaning.features.items():
             if name in self._images:
-                parts[f"image:{name}"] = self._image_part(view, name, unit(vector))
+                parts[f"image:{name}"] = self._calibrated(
+                    "image", self._images[name].deviations(unit(vector), view.rows)
+                )
         return Evidence(
             keys=view.keys, degree=self._fused(view, parts, meaning, asks), parts=parts, meaning=meaning, asks=asks
         )
@@ -332,36 +204,7 @@ class Scorer:
             why["asked"] = self._known.describe(evidence.asks)
         return why
 
-    def _add_space(self, name: str, space: Space) -> None:
-        lengths = np.sqrt(np.einsum("ij,ij->i", space.vectors, space.vectors))
-        lengths = np.where(lengths > 0, lengths, 1.0).astype(np.float32)
-        rows = np.full(len(self.keys), -1, dtype=np.int64)
-        place = np.searchsorted(self.keys, space.keys)
-        known = (place < len(self.keys)) & (self.keys[np.minimum(place, len(self.keys) - 1)] == space.keys)
-        rows[place[known]] = np.flatnonzero(known)
-        self._image_rows[name] = rows
-        against: _TextBackground | None = None
-        if space.background is not None:
-            # Text and image features lie apart in such spaces: only images can be the measure of images, so each is
-            # asked how near the everyday things are to it.
-            names = normalised(space.background)
-            background = names.T
-            mean, spread = np.zeros_like(lengths), np.ones_like(lengths)
-            for start in range(0, len(lengths), 8192):
-                rows_of = slice(start, start + 8192)
-                cosines = (space.vectors[rows_of] @ background) / lengths[rows_of, None]
-                mean[rows_of], spread[rows_of] = cosines.mean(axis=1), cosines.std(axis=1)
-            centre = names.mean(axis=0)
-            gap = float(centre @ centre) - float(mean.mean()) if len(mean) else 0.0
-            against = _TextBackground(
-                mean=mean,
-                spread=np.maximum(spread, np.float32(1e-3)),
-                centre=centre,
-                texts_from=float(mean.mean()) + gap / 2 if gap > SMALL_GAP else -1.0,
-            )
-        self._images[name] = (space.vectors, lengths, against)
-
-    def _things(self) -> _Lists:
+    def _things(self) -> Lists:
         """The things of the table that each row is called; for names that it lacks the nearest, numbered behind all."""
         facts = self.index.facts
         rows, things = facts.thing_rows, facts.thing_ids
@@ -375,7 +218,7 @@ class Scorer:
             rows = np.concatenate([rows, facts.unknown_rows[chosen]])
             guessed = nearest[where][chosen] + len(self._known.names)
             things = np.concatenate([things, guessed.astype(np.int32)])
-        return _Lists.of(len(self.keys), rows, things)
+        return Lists.of(len(self.keys), rows, things)
 
     def _of_things(self, view: _View, of_thing: Floats) -> Floats:
         """(n,) the best of each row's things; what is only guessed to be one of the table is less surely so."""
@@ -415,18 +258,6 @@ class Scorer:
                 cosines[ids] = self._embeddings[ids] @ query
         against = cosines[np.isfinite(cosines)] if background is None else background[: self._known.n_lines]
         return self._calibrated(name, lists.best(contrast(cosines, against)))
-
-    def _image_part(self, view: _View, name: str, query: Floats) -> Floats:
-        vectors, lengths, against = self._images[name]
-        rows = self._image_rows[name] if view.rows is None else self._image_rows[name][view.rows]
-        cosines = (vectors @ query) / lengths
-        if against is not None and float(against.centre @ query) >= against.texts_from:
-            z = np.asarray((cosines - against.mean) / against.spread, dtype=np.float32)
-        else:
-            z = contrast_others(cosines)
-        part = np.full(len(rows), np.nan, dtype=np.float32)
-        part[rows >= 0] = z[rows[rows >= 0]]
-        return self._calibrated("image", part)
 
     def _words_part(self, view: _View, text: str, asks: Facets) -> Floats:
         """(n,) the share of the question's words that a row has; of its particulars only, where its kind is known.
