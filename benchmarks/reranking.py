@@ -3,7 +3,8 @@
 Needs CGDB_TEST_DATA. Each judged question takes the whole way of `db.ask` with a model, but for the model: a stand-in
 answers with a statement, and among the candidates that it is shown then it picks the ones that the judges picked. What
 it misses no model can find, for it was not among the candidates. Statements are those of a person who knows the
-language (benchmarks/queries/handwritten_cgql.json), and the same made worse in the ways that models make them:
+language (benchmarks/queries/handwritten_cgql.json); those of somebody who had read nothing but our prompt
+(prompted_cgql.json); and the same made worse in the ways that models make them:
 
 - strict: one more condition, which nothing meets;
 - sloppy: the question as it is, ORDER BY score, LIMIT 1, and texts in place of the object;
@@ -19,6 +20,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -32,7 +34,7 @@ from cgdb.model.abilities import Abilities
 from cgdb.model.llm import Model, Response, estimated_tokens
 from cgdb.model.llm_settings import Settings
 
-HAND = Path(__file__).parent / "queries" / "handwritten_cgql.json"
+QUERIES = Path(__file__).parent / "queries"
 Writer = Callable[[JudgedQuery, str], str]
 
 
@@ -48,8 +50,19 @@ def _strict(query: JudgedQuery, by_hand: str) -> str:
     return f'{head} WHERE o.tag = "no thing has this tag" RETURN {rest}'
 
 
+def _prompted(query: JudgedQuery, by_hand: str) -> str:
+    return str(_as_prompted()[query.query])
+
+
+@cache
+def _as_prompted() -> Mapping[str, str]:
+    found: dict[str, str] = json.loads((QUERIES / "prompted_cgql.json").read_text("utf-8"))
+    return found
+
+
 WRITERS: Mapping[str, Writer] = {
     "by hand": lambda query, by_hand: by_hand,
+    "as prompted": _prompted,
     "strict": _strict,
     "sloppy": lambda query, by_hand: (
         f"MATCH (o ~ {_quoted(query.query)}) RETURN o.tag, o.caption ORDER BY score(o) DESC LIMIT 1"
@@ -106,7 +119,7 @@ def main() -> int:
         return 2
     data = Path(folder)
     judged = judgements(data / "retrieval" / "judgements.json")
-    hand = json.loads(HAND.read_text("utf-8"))
+    hand = json.loads((QUERIES / "handwritten_cgql.json").read_text("utf-8"))
     found: dict[tuple[str, str], list[tuple[bool, bool]]] = {}
     tokens: dict[str, list[tuple[int, int, int]]] = {way: [] for way in WRITERS}
     with folder_of_stores(options.stores) as stores:
