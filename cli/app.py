@@ -201,6 +201,9 @@ def _mapping(commands: Any) -> None:
     )
     mapping.add_argument("--detection-kind", metavar="KIND", help="what these are, where their files do not tell")
     mapping.add_argument("--encoder", help="the encoder of the features, such as open_clip:ViT-H-14:laion2b_s32b_b79k")
+    mapping.add_argument(
+        "--vocabulary", metavar="FILE", help="names for things without one, by what they look like (see cgdb tag)"
+    )
     mapping.add_argument("--voxel", type=float, default=0.025, metavar="M", help="the side of a voxel (0.025)")
     mapping.add_argument("--threshold", type=float, default=1.1, help="least similarity to be the same object (1.1)")
     mapping.add_argument(

@@ -31,6 +31,7 @@ def map_recording(options: Namespace) -> int:
         options.sequence, layout=options.layout, lens=_intrinsics(options.intrinsics), depth_scale=options.depth_scale
     )
     detector = _detector(options, recording)
+    _check_vocabulary(options, detector)
     name = options.name or Path(options.sequence).resolve().name[:256]
     now = Progress(
         start=options.start,
@@ -173,6 +174,20 @@ def _check_free(db: cgdb.Database, name: str, options: Namespace) -> None:
         raise UsageError(
             f"the store holds a scene '{name}' already",
             hint="--extend maps another recording into it, --resume goes on, --on-existing replace makes it anew",
+        )
+
+
+def _check_vocabulary(options: Namespace, detector: Detector) -> None:
+    """Before hours of mapping: whether what is mapped could be named."""
+    from cgdb.tagging import open_vocabulary
+
+    if options.vocabulary is None:
+        return
+    with_vectors, _ = open_vocabulary(options.vocabulary)
+    if with_vectors is None and not (options.encoder or detector.encoder):
+        raise UsageError(
+            "--vocabulary compares names with features, and nothing says what made these",
+            hint="--encoder open_clip:MODEL:WEIGHTS, or a vocabulary that holds vectors (.npz)",
         )
 
 

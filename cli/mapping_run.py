@@ -94,10 +94,21 @@ class Run:
             scene, revision = self.write(last=not stop)
             self.db.prepare(self.name)
         self._report(scene, revision, mapped, time.perf_counter() - began)
+        if options.vocabulary is not None and not stop:
+            self._tag(options.vocabulary)
         if stop:
             self._say(f"interrupted after {mapped} frames; what was mapped is in the store, --resume goes on")
             return 130
         return 0
+
+    def _tag(self, vocabulary: str) -> None:
+        """Give what was mapped names, as a revision of its own."""
+        from cgdb.cli.tagging import tag_scenes, told
+
+        for tags in tag_scenes(self.db, vocabulary, scenes=[self.name], quiet=self.options.quiet):
+            if not self.options.quiet:
+                self._say(told(tags))
+        self.db.prepare(self.name)
 
     def _frames(self, start: int) -> Iterator[Frame]:
         """The frames from start on, in the map's coordinates."""

@@ -239,3 +239,32 @@ def test_real_things_get_their_names(data: Path, tmp_path: Path) -> None:
     exact = exact @ (text / np.linalg.norm(text, axis=1, keepdims=True)).T
     assert first == pytest.approx(np.mean(exact.argmax(axis=1) == np.arange(len(names))), abs=0.002)
     assert first > 0.6 and five > 0.85, (first, five)
+
+
+def test_a_recording_is_mapped_and_named_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    image = pytest.importorskip("PIL.Image")
+    from tests.mapping_rooms import FOCAL, HEIGHT, ROOM, WIDTH, room_frame
+
+    for kind in ("rgb", "depth", "pose", "det"):
+        (tmp_path / "seq" / kind).mkdir(parents=True)
+    meta = {"width": WIDTH, "height": HEIGHT, "fx": FOCAL, "fy": FOCAL, "cx": 79.5, "cy": 59.5, "depth_scale": 5000}
+    (tmp_path / "seq/meta.json").write_text(json.dumps(meta))
+    for index in range(5):
+        frame, found = room_frame(index)
+        image.fromarray(frame.rgb).save(tmp_path / f"seq/rgb/{frame.name}.png")
+        image.fromarray((frame.depth * 5000).astype(np.uint16)).save(tmp_path / f"seq/depth/{frame.name}.png")
+        np.savetxt(tmp_path / f"seq/pose/{frame.name}.txt", frame.T_world_camera)
+        assert found.features is not None
+        np.savez(tmp_path / f"seq/det/{frame.name}.npz", mask=found.masks, image_feats=found.features)
+    names = np.array([box.name for box in ROOM])
+    np.savez(tmp_path / "names.npz", names=names, vectors=np.eye(len(ROOM), dtype=np.float32) + 0.2)
+    store = str(tmp_path / "a.cgdb")
+    arguments = ["map", str(tmp_path / "seq"), "--into", store, "--name", "room"]
+    assert main([*arguments, "--vocabulary", str(tmp_path / "names.npz"), "--quiet"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        assert {"table", "box", "vase"} <= {obj.tag for obj in db.scene("room").objects}
+        assert [revision.kind for revision in db.revisions()][-1] == "tag"
+    # What cannot end well does not begin.
+    (tmp_path / "names.txt").write_text("cup")
+    assert main([*arguments[:-1], "two", "--vocabulary", str(tmp_path / "names.txt")]) == 2
+    assert "nothing says what made these" in capsys.readouterr().err
