@@ -6,6 +6,7 @@ import json
 import socket
 import sys
 import time
+from email.utils import formatdate
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,33 @@ def test_a_rate_limit_is_waited_for() -> None:
         assert say(model(at)) == "hello"
         assert time.monotonic() - started >= 0.2
         assert len(at.requests) == 3
+
+
+@pytest.mark.parametrize(
+    ("header", "value"),
+    [
+        ("retry_after_ms", "300"),
+        ("retry_after", "0.3"),
+        ("retry_after", formatdate(time.time() - 60, usegmt=True)),
+        ("retry_after", "soon"),
+        ("retry_after", "nan"),
+        ("retry_after", "-5"),
+        ("retry_after", ""),
+    ],
+)
+def test_however_a_server_says_how_long_to_wait(header: str, value: str) -> None:
+    with ModelServer("hello", script=[error(429, "slow down", **{header: value})]) as at:
+        started = time.monotonic()
+        assert say(model(at)) == "hello"
+        assert (time.monotonic() - started >= 0.3) == (value in ("300", "0.3"))
+
+
+def test_a_date_far_ahead_is_not_waited_for() -> None:
+    late = formatdate(time.time() + 3600, usegmt=True)
+    with ModelServer(lambda body: error(429, "slow down", retry_after=late)) as at:
+        with pytest.raises(ModelError, match="asked too often"):
+            say(model(at))
+        assert len(at.requests) == 1
 
 
 def test_a_rate_limit_that_does_not_end_is_told() -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
 from typing import Any
 
 from cgdb.errors import MissingExtraError
@@ -101,7 +104,17 @@ def _body(response: Any) -> str:
 
 
 def _seconds(headers: Mapping[str, str]) -> float | None:
+    """How long a server asks to wait: in milliseconds as OpenAI says it, in seconds, or until a date."""
+    for name, unit in (("retry-after-ms", 1000.0), ("retry-after", 1.0)):
+        try:
+            wait = float(headers.get(name, "")) / unit
+        except ValueError:
+            continue
+        return max(0.0, wait) if math.isfinite(wait) else None
     try:
-        return max(0.0, float(headers.get("retry-after", "")))
+        until = parsedate_to_datetime(headers.get("retry-after", ""))
     except ValueError:
         return None
+    if until.tzinfo is None:
+        until = until.replace(tzinfo=UTC)
+    return max(0.0, (until - datetime.now(UTC)).total_seconds())

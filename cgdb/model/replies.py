@@ -15,6 +15,7 @@ _OPEN_THOUGHT = re.compile(r"<(think|thinking|reasoning|reflection)>", re.IGNORE
 _END_OF_THOUGHT = re.compile(r"</(think|thinking|reasoning|reflection)>", re.IGNORECASE)
 _FENCE = re.compile(r"```[\w+-]*[ \t]*\n?(.*?)(?:```|\Z)", re.DOTALL)
 _BEGINNING = re.compile(r"\b(?:MATCH|USE|AS\s+OF|EXPLAIN|PROFILE)\b", re.IGNORECASE)
+_LAST_COMMA = re.compile(r",(\s*[}\]])")
 MOST_BEGINNINGS = 40
 
 
@@ -93,7 +94,12 @@ def json_in(reply: str) -> Any:
 
 
 def _loaded(text: str) -> Any:
-    try:
-        return json.loads(text) if text[:1] in ("{", "[") else None
-    except (ValueError, RecursionError):
+    if text[:1] not in ("{", "["):
         return None
+    # Small models end lists with a comma.
+    for attempt in (text, _LAST_COMMA.sub(r"\1", text)):
+        try:
+            return json.loads(attempt)
+        except (ValueError, RecursionError):
+            continue
+    return None

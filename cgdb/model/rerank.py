@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, ClassVar, Protocol
 
 from cgdb.errors import ExecuteError, UsageError
@@ -208,9 +209,7 @@ def rerank(
 def named(name: str) -> Reranker:
     """The re-ranker of a name: "cross:" and a cross-encoder's folder or name; "model", the one that is configured."""
     if name.startswith(CROSS):
-        from cgdb.model.cross_encoder import CrossEncoder
-
-        return CrossEncoder.load(name.removeprefix(CROSS))
+        return _cross_encoder(name.removeprefix(CROSS))
     if name == "model":
         model = configured()
         if model is None:
@@ -222,6 +221,14 @@ def named(name: str) -> Reranker:
     raise UsageError(
         f"there is no re-ranker '{name[:60]}'", hint="model, or cross: and the folder or name of a cross-encoder"
     )
+
+
+@lru_cache(maxsize=2)
+def _cross_encoder(name: str) -> Reranker:
+    """Loaded once: each question would wait for it."""
+    from cgdb.model.cross_encoder import CrossEncoder
+
+    return CrossEncoder.load(name)
 
 
 def configured() -> Model | None:
