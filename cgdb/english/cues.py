@@ -19,15 +19,15 @@ _FRAMES: Mapping[str, str] = {
         return, i|we|you am|are looking|searching for, i|we would? like|love|want|need, i|we want|need|would like you
         to find|see|locate|get|have|fetch|buy, i|we am|are trying to find|locate, help me find, let us find,
         would|do you mind finding|showing|bringing|getting|fetching me?, do you
-        know, have you seen, i wonder, tell me, i|we can|could not find, i|we have? lost, i|we do not know,
+        know, have you seen, i wonder, tell me more? about?, what|how about, i|we can|could not find, i|we have? lost, i|we do not know,
         which|what|any|one|all|some|each|every of the|these|those|my, all the|of|my?, every, each, the following,
         which|what objects|object|things|thing|items|item is|are, what else? is|are the?, what|which, who is,
         this|that|it|he|she is, this|that looks like, these|those|they are, here is|are, there is|are, the?
         image|picture|photo|object|item|thing|objects|things is|are|of|shows|show, a|an|the picture|photo showing, i
         see, i am thinking of, describe, is|are""",
     "exists": """is|are there any|some?, do|can|did you have|see|find any|some?, is|are there not any|some?, does
-        it|this|the have|contain any?, does the map|room|scene|house have|contain any?, any, got any, do|did we have
-        any|some?, have you got any?, is|are there any|some? of?""",
+        it|this|the have|contain any?, does the map|room|scene|house have|contain any?, any, got any, do|did we|i have
+        any|some?, have i|we any|some?, have you got any?, is|are there any|some? of?""",
     "count": """how many of? the|these|those|my?, count all? of? the?, what|tell is? me? the number of, the? number
         of, what number of, what is the count of, how much, give me the number of, show me the number of, tell me how
         many, can you count all? the?""",
