@@ -27,8 +27,9 @@ class Association:
     """How detections find their objects.
 
     spatial: "overlap" is the paper's nnratio, the share of a detection's voxels that are the object's or share a face
-    with one that is; the others compare boxes. semantic: "paper" is cos / 2 + 1 / 2, "cosine" the reference's cos.
-    threshold: the least sum; the paper's 1.1 goes with "paper", the reference's 1.2 with "cosine". bias: weighs
+    with one that is; the others compare boxes, the accurate ones turned boxes. semantic: "paper" is cos / 2 + 1 / 2,
+    "cosine" the reference's cos. threshold: the least sum; the paper's 1.1 goes with "paper", the reference's 1.2 with
+    "cosine". bias: weighs
     (1 + bias) spatial + (1 - bias) semantic. alike: what lies in an object and does not look like it (cosine) is a
     thing of its own that earlier masks had swallowed, once the object has been seen `settled` times, or another
     detection of the same frame is more similar to it; -1 lets them all in, as the paper does.
@@ -61,7 +62,7 @@ def associate(
     spatial = (
         overlap(lifted, len(objects), voxels, ~alone)
         if how.spatial == "overlap"
-        else box_similarity(lifted.low, lifted.high, objects, how.spatial)
+        else box_similarity(lifted, objects, voxels.size, how.spatial)
     )
     total = (1 + how.bias) * spatial + (1 - how.bias) * semantic(lifted, found, objects, how.semantic)
     # What is nowhere near is no candidate, however alike it looks.

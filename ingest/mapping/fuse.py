@@ -16,6 +16,7 @@ from cgdb.ingest.detections.detections import Detections
 from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Crops, crop, packed
 from cgdb.ingest.mapping.lift import Lifted
+from cgdb.ingest.mapping.oriented import outermost
 from cgdb.ingest.mapping.voxels import Ints, Voxels
 
 VIEWS = 10
@@ -39,7 +40,10 @@ class Sighting:
 
 @dataclass(slots=True, kw_only=True)
 class MapObject:
-    """An object so far. low, high (3,): its box in cells; n: detections; views: the best, a heap."""
+    """An object so far. low, high (3,): its box in cells; n: detections; views: the best, a heap.
+
+    extremes (26, 3) int32: its outermost cells, where boxes are turned with their things.
+    """
 
     id: int
     low: Ints
@@ -51,6 +55,7 @@ class MapObject:
     confidence: float = 0.0
     labels: Counter[str] = field(default_factory=Counter)
     views: list[Sighting] = field(default_factory=list)
+    extremes: Ints | None = None
 
     @property
     def label(self) -> str:
@@ -149,6 +154,8 @@ class Objects:
         obj.last = frame.index
         np.minimum(obj.low, lifted.low[k], out=obj.low)
         np.maximum(obj.high, lifted.high[k], out=obj.high)
+        if lifted.extremes is not None:
+            obj.extremes = outermost(obj.extremes, lifted.extremes[k])
         self._see(obj, int(lifted.points[k]), frame, _within(found.xyxy[source], frame))
 
     def _see(self, obj: MapObject, points: int, frame: Frame, box: tuple[float, float, float, float]) -> None:
@@ -246,6 +253,7 @@ class Objects:
     def _absorb(self, kept: MapObject, gone: MapObject) -> None:
         kept.low = np.minimum(kept.low, gone.low)
         kept.high = np.maximum(kept.high, gone.high)
+        kept.extremes = outermost(kept.extremes, gone.extremes)
         kept.first, kept.last = min(kept.first, gone.first), max(kept.last, gone.last)
         kept.n += gone.n
         kept.confidence += gone.confidence
@@ -289,6 +297,7 @@ def _record_of(obj: MapObject) -> dict[str, Any]:
         **{key: getattr(obj, key) for key in ("id", "background", "first", "last", "n", "confidence")},
         "low": obj.low.tolist(),
         "high": obj.high.tolist(),
+        "extremes": None if obj.extremes is None else obj.extremes.tolist(),
         "labels": dict(obj.labels),
         "views": [[one.points, one.frame, one.box, one.name] for one in obj.views],
     }
@@ -305,6 +314,7 @@ def _object_of(value: dict[str, Any], sights: Iterator[tuple[NDArray[np.float64]
         id=int(value["id"]),
         low=np.array(value["low"], np.int32),
         high=np.array(value["high"], np.int32),
+        extremes=None if value["extremes"] is None else np.array(value["extremes"], np.int32).reshape(26, 3),
         background=bool(value["background"]),
         first=int(value["first"]),
         last=int(value["last"]),

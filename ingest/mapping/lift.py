@@ -52,7 +52,7 @@ class Lifted:
     source (k,): their rows among the detections. rows (m,) int32: voxels, ascending within a detection; owner (m,):
     whose; strength (m,) float32: 1 near the outline, STRONG within. low, high (k, 3) int32: boxes in cells.
     points (k,): voxels of strength STRONG. mask_rows, mask_owner (w,) int32: the same of all that the masks cover,
-    before anything was taken for noise.
+    before anything was taken for noise. extremes (k, 26, 3) int32: the outermost cells, where boxes are to be turned.
     """
 
     source: NDArray[np.intp]
@@ -64,6 +64,7 @@ class Lifted:
     points: NDArray[np.intp]
     mask_rows: Ints
     mask_owner: Ints
+    extremes: Ints | None = None
 
     def __len__(self) -> int:
         return len(self.source)

@@ -15,6 +15,7 @@ from cgdb.ingest.mapping.clouds import object_rows, scene_of
 from cgdb.ingest.mapping.consensus import Consensus, Opinions
 from cgdb.ingest.mapping.fuse import VIEWS, Objects, claims
 from cgdb.ingest.mapping.lift import Lifting, lift
+from cgdb.ingest.mapping.oriented import extremes
 from cgdb.ingest.mapping.presence import Presence
 from cgdb.ingest.mapping.voxels import Voxels
 from cgdb.scene import SceneGraph
@@ -89,6 +90,9 @@ class Mapper:
         room = np.array([how.background == "merge" and label in BACKGROUND for label in found.labels], np.bool_)
         lifted = lift(frame, found, self.voxels, how.lifting, whole=room)
         room = room[lifted.source]
+        if how.association.spatial.endswith("accurate") and len(lifted):
+            start = np.searchsorted(lifted.owner, np.arange(len(lifted)))
+            lifted = replace(lifted, extremes=extremes(self.voxels.cells[lifted.rows], start))
         matches = associate(lifted, found, self.objects, self.voxels, how.association, alone=room)
         self.opinions.watch(lifted, found.space, self.objects, self.voxels, room, how.consensus)
         went = self.objects.fuse(frame, found, lifted, matches.objects, room)

@@ -14,6 +14,7 @@ from cgdb.errors import UsageError
 from cgdb.ingest.mapping.fuse import MapObject, Sighting
 from cgdb.ingest.mapping.lift import STRONG
 from cgdb.ingest.mapping.mapper import Mapper, Mapping, Session
+from cgdb.ingest.mapping.oriented import extremes
 from cgdb.scene import PropertyValue, SceneGraph, SceneObject
 
 CERTAIN = 3
@@ -82,6 +83,7 @@ def _object_of(mapper: Mapper, obj: SceneObject, at: int) -> MapObject:
         confidence=n * (1.0 if obj.confidence is None else obj.confidence),
         labels=labels,
         views=seen,
+        extremes=extremes(voxels.cells[rows], np.zeros(1, np.intp))[0],
     )
 
 
