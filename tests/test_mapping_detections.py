@@ -300,3 +300,107 @@ def test_the_references_own_files(data: Path) -> None:
     assert one.labels == two.labels == ("floor", "shelf")
     assert one.features is not None and one.features.shape == (2, 1024)
     np.testing.assert_array_equal(one.masks, two.masks)
+
+
+def test_an_array_is_believed_as_far_as_its_bytes_go(frame: Frame, tmp_path: Path) -> None:
+    """Headers that announce terabytes, objects, or bytes that are no truth values."""
+    import zipfile
+
+    def packed(shape: str, kind: str = "|b1", data: bytes = b"") -> None:
+        header = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
+        with zipfile.ZipFile(tmp_path / "000000.npz", "w") as archive:
+            archive.writestr("mask.npy", b"\x93NUMPY\x01\x00v\x00" + header.encode() + data)
+
+    detector = FileDetector(tmp_path, "arrays")
+    for shape, kind in (("(1000, 1000000, 1000000)", "|b1"), ("(-1, 4, 4)", "|b1"), ("(1, 2, 2)", "|O"), ("x", "|b1")):
+        packed(shape, kind, bytes(16))
+        with pytest.raises(FormatError, match="damaged"):
+            detector(frame)
+    height, width = frame.depth.shape
+    packed(f"(1, {height}, {width})", data=bytes([7]) * (height * width))
+    masks = detector(frame).masks
+    assert masks.all() and set(np.unique(masks.view(np.uint8))) == {1}
+
+
+def test_masks_of_another_shape_are_one_bad_frame(frame: Frame, tmp_path: Path) -> None:
+    from cgdb.ingest.detections.detections import Selection, select
+
+    for shape in ((2, 50, 160), (2, 120)):
+        np.savez(tmp_path / "000000.npz", mask=np.ones(shape, bool))
+        with pytest.raises(FormatError, match=r"do not fit|have shape"):
+            select(FileDetector(tmp_path, "arrays")(frame), frame, Selection())
+    np.savez(tmp_path / "000000.npz", mask=np.ones((2, 77), np.uint8))
+    with pytest.raises(FormatError, match="packed masks of another size"):
+        FileDetector(tmp_path, "arrays")(frame)
+    whole = {"images": [{"id": 1, "file_name": "000000.png"}], "annotations": []}
+    whole["annotations"] = [
+        {"image_id": 1, "segmentation": {"size": [4, 4], "counts": [16]}},
+        {"image_id": 1, "segmentation": {"size": [4, 8], "counts": [32]}},
+    ]
+    (tmp_path / "detections.json").write_text(json.dumps(whole))
+    with pytest.raises(FormatError, match="several sizes"):
+        FileDetector(tmp_path / "detections.json", "coco")(frame)
+
+
+def test_features_that_some_detections_lack(frame: Frame, tmp_path: Path) -> None:
+    mask = {"size": [4, 4], "counts": [0, 16]}
+    image = {"images": [{"id": 1, "file_name": "000000.png"}]}
+    path = tmp_path / "detections.json"
+    for second in ({}, {"feature": [1.0]}, {"feature": ["a", "b"]}, {"feature": [1.0, None]}):
+        listed = [{"image_id": 1, "segmentation": mask, "feature": [1.0, 2.0]}]
+        listed.append({"image_id": 1, "segmentation": mask, **second})
+        path.write_text(json.dumps({**image, "annotations": listed}))
+        with pytest.raises(FormatError, match=r"another dimension|other than numbers|NaN"):
+            FileDetector(path, "coco")(frame)
+
+
+def test_all_dialects_give_the_same_map(tmp_path: Path) -> None:
+    """The same detections of a walk round a table, as each tool would leave them, make the same objects."""
+    from cgdb.ingest.mapping.mapper import Mapper
+
+    images, annotations = [], []
+    for index in range(6):
+        frame, found = room_frame(index)
+        assert found.features is not None
+        value = {**record(), "xyxy": found.xyxy, "confidence": found.confidence, "mask": found.masks}
+        value |= {"class_id": np.arange(len(found)), "classes": list(found.labels), "image_feats": found.features}
+        value |= {"text_feats": [], "image_crops": [Image.new("RGB", (4, 4)) for _ in found.labels]}
+        (tmp_path / "main").mkdir(exist_ok=True)
+        with gzip.open(tmp_path / "main" / f"{frame.name}.pkl.gz", "wb") as file:
+            pickle.dump(value, file)
+        ali = tmp_path / "ali" / frame.name
+        ali.mkdir(parents=True)
+        for key, item in {**value, "edges": [("1", "on", "2")], "labels": ["table 1"]}.items():
+            if isinstance(item, np.ndarray):
+                np.savez(ali / f"{key}.npz", item)
+            else:
+                with gzip.open(ali / f"{key}.pkl.gz", "wb") as file:
+                    pickle.dump(item, file)
+        images.append({"id": index, "file_name": f"color/{frame.name}.jpg"})
+        annotations += [
+            {
+                "image_id": index,
+                "category_name": label,
+                "score": float(score),
+                "feature": feature.tolist(),
+                "segmentation": {"size": list(mask.shape), "counts": packed_text(runs_of(mask))},
+            }
+            for mask, label, score, feature in zip(
+                found.masks, found.labels, found.confidence, found.features, strict=True
+            )
+        ]
+    (tmp_path / "coco.json").write_text(json.dumps({"images": images, "annotations": annotations}))
+    maps = []
+    for kind, name in (("conceptgraphs-main", "main"), ("conceptgraphs-ali", "ali"), ("coco", "coco.json")):
+        detector, mapper = FileDetector(tmp_path / name, kind), Mapper()
+        for index in range(6):
+            frame, _ = room_frame(index)
+            mapper.step(frame, detector(frame))
+        mapper.finish()
+        maps.append(mapper.scene("room").objects)
+    assert len(maps[0]) >= 4
+    for other in maps[1:]:
+        assert [obj.tag for obj in other] == [obj.tag for obj in maps[0]]
+        for one, two in zip(maps[0], other, strict=True):
+            np.testing.assert_array_equal(one.points, two.points)
+            np.testing.assert_allclose(one.features["clip"], two.features["clip"], atol=1e-6)
