@@ -14,6 +14,7 @@ from cgdb.index.catalog import Catalog
 from cgdb.model.prompts import clean
 from cgdb.near_misses import missing, near_misses
 from cgdb.result import Result, Row, StoredNode
+from cgdb.shortlist import identity
 from cgdb.whereabouts import whereabouts
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def _nothing(draft: Draft, scenes: Sequence[str], run: Run) -> Explained:
     if made is None:
         return Explained(draft=draft, achievable=False, text=_nearest(draft.result))
     asked = made.asked
-    counting = asked.form in ("count", "compare", "per scene", "per room")
+    counting = asked.form in ("count", "compare", "per scene", "per room", "all", "average")
     begins = "nothing fits"
     facts: tuple[Fact, ...] = ()
     if asked.form == "compare":
@@ -94,7 +95,14 @@ def _nothing(draft: Draft, scenes: Sequence[str], run: Run) -> Explained:
     rows, lacks = near_misses(made, run, draft.result.rows)
     if not rows:
         return Explained(draft=draft, achievable=holds, text=f"{begins}, and nothing comes near", facts=facts)
-    text = f"{begins}; the nearest is {_listed(rows, _columns(made), lacks, len(scenes) > 1)}"
+    listed = _listed(rows, _columns(made), lacks, len(scenes) > 1)
+    best = first_node(rows[0])
+    if asked.polar and not counting and asked.form != "exists" and not absent and best is not None:
+        # "Is the cup on the table?" speaks of a cup that is there.
+        there = not lacks[(best.scene, best.id)].startswith("not a")
+        text = f"no: {listed}" if there else f"{begins}; the nearest is {listed}"
+    else:
+        text = f"{begins}; the nearest is {listed}"
     if not counting:
         draft = _with(draft, rows)
     return Explained(draft=draft, achievable=holds, text=text, facts=facts)
@@ -128,7 +136,9 @@ def _with(draft: Draft, rows: Sequence[Row]) -> Draft:
         columns = result.columns if same and result.columns else ("o",)
         kept = tuple(rows) if same else tuple(_narrowed(row) for row in rows)
         return replace(draft, result=replace(result, columns=columns, rows=kept), nearest=True)
-    return replace(draft, result=replace(result, rows=(*rows, *result.rows[len(rows) :])))
+    shown = {identity(row) for row in rows}
+    rest = tuple(row for row in result.rows if identity(row) not in shown)
+    return replace(draft, result=replace(result, rows=(*rows, *rest)))
 
 
 def _narrowed(row: Row) -> Row:

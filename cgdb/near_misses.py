@@ -42,6 +42,9 @@ def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple
         for key, said in lacks.items():
             if key not in met:
                 said.append(condition.lacks)
+    if fitting and made.wanted:
+        # Where there are lamps, that something else is no lamp says nothing of where the lamp is.
+        rows = [row for row in rows if _key(row) in fitting]
     told = {key: ", ".join(said) for key, said in lacks.items()}
     return tuple(_failing(row, told[_key(row)]) for row in rows if _key(row) in told), told
 

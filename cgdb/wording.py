@@ -21,6 +21,8 @@ UNITS = {"distance": "m", "height": "m", "width": "m", "depth": "m", "level": "m
 NAMED = 3
 """Things that a line names; the rest is counted."""
 
+TOUCHING = 0.005
+"""Metres below which there is nothing in between."""
 SIMPLE = 3
 """Words of what can be counted by its name."""
 
@@ -121,7 +123,7 @@ def shown(value: Any) -> str:
 
 def metres(value: Any) -> str:
     """A length with two decimals, a small one with three."""
-    return f"{value:.2f}" if abs(value) >= 0.1 else f"{value:.3f}"
+    return "0" if value == 0 else f"{value:.2f}" if abs(value) >= 0.1 else f"{value:.3f}"
 
 
 def measured(row: Row, columns: Sequence[str], *, only: str | None = None) -> str:
@@ -179,6 +181,11 @@ def answered(
             return True, f"{counted(total, wanted)} in all: {listed}", []
         case "compare":
             return _compared(asked, rows)
+        case "all":
+            return _all(asked, wanted, rows)
+        case "average" if isinstance(rows[0][0], (int, float)):
+            mean = measured(rows[0], columns)
+            return True, f"{counted(int(str(rows[0][1])), wanted)}: {mean} on average", []
         case "distance" if "distance" in columns:
             pairs = [_apart(row, several) for row in rows]
             return True, "; ".join(pairs[:NAMED]) + _more(len(pairs)), []
@@ -195,6 +202,8 @@ def answered(
     if asked.first is not None and ordered:
         return _first(asked, rows, columns, several)
     value = lambda row: f" ({said})" if (said := measured(row, columns)) else ""  # noqa: E731
+    if asked.form in ("measure", "distance", "room", "per room"):
+        return False, f"the map does not tell; what was asked about: {named(rows, scenes=several)}", []
     number = f"{len(rows):,} or more" if len(rows) >= most else f"{len(rows):,}"
     fits = f"{number} fit{'s' if len(rows) == 1 else ''}"
     if asked.form == "exists" and wanted and len(wanted.split()) <= SIMPLE and number.isdigit():
@@ -249,12 +258,36 @@ def _compared(asked: Asked, rows: Sequence[Row]) -> tuple[bool, str, list[Fact]]
     return holds, f"{'yes' if holds else 'no'}: {text}", facts
 
 
+def _all(asked: Asked, wanted: str, rows: Sequence[Row]) -> tuple[bool, str, list[Fact]]:
+    """Whether something holds of all things of a kind, and of how many it does."""
+    groups = [(row[0] is True, row[1] if isinstance(row[1], int) else 0, answering(row)) for row in rows]
+    every = sum(count for _, count, _ in groups)
+    holding = sum(count for holds, count, _ in groups if holds)
+    others = [str(node) for holds, _, nodes in groups for node in nodes if not holds]
+    facts = [Fact(what=f"count of {asked.against}", value=holding)]
+    if holding == every:
+        return (
+            True,
+            f"yes: {counted(every, wanted)}, {'all of them' if every > 1 else 'which is'} {asked.against}",
+            facts,
+        )
+    if not holding and every > 1:
+        return False, f"no: none of {counted(every, wanted)} is {asked.against}", facts
+    some = f"{', '.join(others[:NAMED])}" + (f" and {len(others) - NAMED:,} more" if len(others) > NAMED else "")
+    many = f"{holding:,} of {counted(every, wanted)}" if every > 1 else counted(1, wanted)
+    verb = "is" if every == 1 or holding == 1 else "are"
+    return False, f"no: {many} {verb} {'not ' if every == 1 else ''}{asked.against}; not: {clean(some, 160)}", facts
+
+
 def _apart(row: Row, scenes: bool) -> str:
     nodes = [value for value in row.values if isinstance(value, StoredNode)]
     distance = next((value for value in row.values if isinstance(value, (int, float))), None)
     if distance is None or len(nodes) < 2:
         return f"{called(row, scenes=scenes)}: not both have a place in the map"
-    return f"{called(row, scenes=scenes)} is {metres(distance)} m from {clean(str(nodes[1]), 80)}"
+    other = clean(str(nodes[1]), 80)
+    if distance < TOUCHING:
+        return f"{called(row, scenes=scenes)} touches {other} (0 m)"
+    return f"{called(row, scenes=scenes)} is {metres(distance)} m from {other}"
 
 
 def _first(asked: Asked, rows: Sequence[Row], columns: Sequence[str], scenes: bool) -> tuple[bool, str, list[Fact]]:

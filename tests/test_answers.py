@@ -113,7 +113,7 @@ def ask(db: Database, question: str, previous: Answer | None = None) -> Answer:
         ("what is on the table?", "1 fits: #2 lamp; #2 lamp on #1 table", True),
         ("what is on the door?", "nothing fits: nothing is on the door", False),
         ("what is on the piano?", "nothing fits; there is no piano here", False),
-        ("is the lamp on the door?", "no: nothing fits; the nearest is #2 lamp (not on the door), then", False),
+        ("is the lamp on the door?", "no: #2 lamp (not on the door), then #3 lamp (not on the door)", False),
         ("bigger than the piano", "nothing fits; there is no piano here", False),
         ("lamps at least 1 m tall", "nothing fits; the nearest is #3 lamp (0.60 m tall, not at least 1 m tall)", False),
         ("chairs in the garage", "nothing fits; the nearest is #5 chair (not in the garage), then #6", False),

@@ -19,7 +19,8 @@ _FRAMES: Mapping[str, str] = {
         return, i|we|you am|are looking|searching for, i|we would? like|love|want|need, i|we want|need|would like you
         to find|see|locate|get|have|fetch|buy, i|we am|are trying to find|locate, help me find, let us find,
         would|do you mind finding|showing|bringing|getting|fetching me?, do you
-        know, have you seen, i wonder, tell me more? about?, what|how about, i|we can|could not find, i|we have? lost, i|we do not know,
+        know, have you seen, i wonder,
+        tell me more? about?, what|how about, i|we can|could not find, i|we have? lost, i|we do not know,
         which|what|any|one|all|some|each|every of the|these|those|my, all the|of|my?, every, each, the following,
         which|what objects|object|things|thing|items|item is|are, what else? is|are the?, what|which, who is,
         this|that|it|he|she is, this|that looks like, these|those|they are, here is|are, there is|are, the?

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from cgdb.english.phrases import Word
+
 Form = Literal[
     "find",
     "exists",
@@ -17,7 +19,7 @@ Form = Literal[
     "compare",
     "measure",
     "distance",
-    "trait",
+    "trait", "average", "all",
 ]
 """What is wanted to know: things, whether there is one, how many, where, in which room, how many in each room or scene,
 in which scene, of which of two kinds there are more, how large, how far, what colour and the like.
@@ -70,6 +72,20 @@ class First:
     count: int = 0
     single: bool = True
     text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Head:
+    """The head of a question that asks for a value: what is asked (form, what), the words of the thing that it is asked
+    of, and of what that is compared with. first: of an order that the head asks for; whole: the subject is one text.
+    """
+
+    form: Form
+    what: str
+    subject: tuple[Word, ...]
+    against: tuple[Word, ...] = ()
+    first: First | None = None
+    whole: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,12 @@ from cgdb.english.question_values import Values
 from cgdb.english.tree_parts import ROOM, SUBJECT
 from cgdb.grammar import ast
 
-TRAITS = {"color": ("color", "colour", "colors"), "material": ("material", "materials"), "shape": ("shape",)}
+TRAITS = {
+    "color": ("color", "colour", "colors"),
+    "material": ("material", "materials"),
+    "shape": ("shape",),
+    "price": ("price", "cost"),
+}
 """What maps call the properties that questions ask for."""
 
 
@@ -46,6 +51,14 @@ def given(asked: Asked, values: Values, columns: tuple[str, ...], *, label: str 
             return Given(returns=(parts.item(ast.Variable(name=ROOM)), subject))
         case "compare":
             return _compared(asked)
+        case "all":
+            holds = parts.item(parts.similar(asked.against), "holds")
+            found = parts.item(parts.collect(SUBJECT), "found")
+            return Given(returns=(holds, parts.item(parts.count(SUBJECT), "count"), found))
+        case "average":
+            mean = parts.item(parts.call("avg", values.of(asked.what)), asked.what)
+            found = parts.item(parts.collect(SUBJECT), "found")
+            return Given(returns=(mean, parts.item(parts.count(SUBJECT), "count"), found))
         case "distance":
             return _distance(asked, values)
         case "measure":
@@ -56,7 +69,8 @@ def given(asked: Asked, values: Values, columns: tuple[str, ...], *, label: str 
                 )
             columns = (*asked_for, *columns)
         case "trait":
-            held = next((name for name in TRAITS[asked.what] if name in values.catalog.properties), None)
+            names = TRAITS.get(asked.what, (asked.what,))
+            held = next((name for name in names if name in values.catalog.properties), None)
             if held is not None:
                 return Given(returns=(subject, parts.item(ast.Property(variable=SUBJECT, name=held), asked.what)))
             values.assumed.append(f"{asked.what}: the map holds none, so the captions were read")

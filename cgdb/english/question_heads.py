@@ -6,12 +6,12 @@ The head says what is asked; the rest is read as any clause, so that "how tall i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from cgdb.english.cues import NUMBERS, UNITS
-from cgdb.english.intent import Form
+from cgdb.english.intent import Head
 from cgdb.english.phrases import Phrases, Word, listed
+from cgdb.english.question_choices import all_are, chosen, sorted_by
 
 _LEADS = """please, hi, hello, hey, ok, okay, so, and, but, robot, well, now, tell|show|give me please?, say,
     can|could|would|will you please? tell|say|show me?, do you know, i want|need to know, i would like to know,
@@ -38,6 +38,15 @@ _HEADS = {
     ("trait", "material"): """what|which material|materials is|are|was|were|has|have|do|does, what is|are the
         material|materials of, material of, the material of""",
     ("trait", "shape"): "what|which shape is|are|was|has|have|do|does, what is|are the shape of, the? shape of",
+    ("trait", "age"): "how old is|are, what is|are the age of",
+    ("trait", "price"): "how expensive|much is|are, what is|are the price|cost|value of",
+    ("trait", "brand"): "what|which brand|make is|are, what is|are the brand|make of, who made",
+    ("trait", "owner"): "who owns, whose is|are, who is the owner of, who does",
+    ("trait", "temperature"): "how hot|warm|cold is|are, what is the temperature of",
+    ("average", "height"): "what? is? the? average|mean height of",
+    ("average", "width"): "what? is? the? average|mean width|length of",
+    ("average", "depth"): "what? is? the? average|mean depth|thickness of",
+    ("average", "volume"): "what? is? the? average|mean size|volume of",
     ("distance", ""): """how far away? is|are|was|were?, how far away, how far apart is|are?, how close|near is|are,
         what is the distance between|from|of, the? distance between|from|of, how many metres|meters|feet is|are""",
     ("per scene", "most"): f"in? which|what {_SCENES} has|have|contains|contain|is|are|holds there? the? most|more",
@@ -62,21 +71,11 @@ _BOUNDS = {
     "<=": "at most, no|not more than, up to", "=": "exactly, just, only",
 }  # fmt: skip
 _LEFT_OVER = listed(
-    "is are was were have has look weigh take up occupy needs need apart there away be possess tall high"
+    "is are was were have has look weigh take up occupy needs need apart there away be tall high cost costs belong to"
 )
 _POLAR = listed("is are was were does do has have")
 _DETERMINERS = listed("the a an any my our your every each all some")
 _ASIDE = listed("you we i they one")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Head:
-    """What is asked (form, what), the words of the thing that it is asked of, and of what that is compared with."""
-
-    form: Form
-    what: str
-    subject: tuple[Word, ...]
-    against: tuple[Word, ...] = ()
 
 
 def head(found: Sequence[Word]) -> Head | None:
@@ -85,12 +84,9 @@ def head(found: Sequence[Word]) -> Head | None:
     said = [word for word in found[start:] if word.form not in ("?", "!")]
     while said and said[-1].form in ("please", ".", ","):
         said.pop()
-    made_of = _made_of(said)
-    if made_of is not None:
-        return made_of
-    bounded = _bounded(said)
-    if bounded is not None:
-        return bounded
+    special = _made_of(said) or _bounded(said) or chosen(said) or sorted_by(said) or all_are(said)
+    if special is not None:
+        return special
     hit = _heads().at(said, 0)
     if hit is None:
         return None
@@ -105,7 +101,9 @@ def head(found: Sequence[Word]) -> Head | None:
     if form == "distance":
         return _distance(rest)
     if what == "weight" and said[1].form == "much" and rest[-1].form != "weigh":
-        return None  # "how much does ..." asks for a price, or anything
+        if rest[-1].form not in ("cost", "costs"):
+            return None  # "how much does ..." may ask anything
+        form, what = "trait", "price"
     while rest and form in ("measure", "trait") and rest[-1].form in _LEFT_OVER:
         rest.pop()
     return Head(form=form, what=what, subject=tuple(rest)) if rest else None  # type: ignore[arg-type]

@@ -126,14 +126,13 @@ class _Writer:
             found = self.values.condition(measured)
             if found is not None:
                 several = measured.than is not None and measured.than != PREVIOUS and measured.op != "<="
-                self._ask(found[0], f"not {measured.text}", f"measured: {measured.text}")
-                if several:
-                    self.assumed.append(f"{measured.text}: where there are several, any of them will do")
+                any_of = " (of several, any)" if several else ""
+                self._ask(found[0], f"not {measured.text}", f"measured: {measured.text}{any_of}")
                 columns.extend(found[1])
                 if measured.op == "~":
                     self.assumed.append(f"{measured.text}: give or take a tenth")
-        self._note_superlatives()
         form = given(asked, self.values, tuple(columns), label=self._place_label(), wanted=self.wanted)
+        self._note_superlatives()
         if form.says:
             self._say(form.says)
         conditions = [*self._affordances, *(one.expression for one in self.conditions), *self.values.conditions]
@@ -162,6 +161,8 @@ class _Writer:
             "measure": f"asked for the {'height above the floor' if asked.what == 'level' else asked.what}",
             "trait": f"asked for the {asked.what}",
             "distance": "asked for the distance",
+            "all": f"asked whether all are: {asked.against}",
+            "average": f"asked for the average {asked.what}",
             "compare": f"counted against: {asked.against}",
         }
         if asked.form in said:
@@ -169,10 +170,10 @@ class _Writer:
 
     def _note_superlatives(self) -> None:
         """What asks for the first of an order that nothing measures: it is only matched by meaning."""
-        for match in _SUPERLATIVE.finditer(self.wanted):
+        for match in _SUPERLATIVE.finditer("; ".join((self.wanted, *self.anchors, *self.values.anchors))):
             word = match[0].casefold()
             if singular(word) not in knowledge().vocabulary and not word.endswith(("forest", "request", "interest")):
-                self.assumed.append(f"{match[0]}: nothing measures that, so it was matched by meaning")
+                self.assumed.append(f"{match[0]}: matched by meaning, not measured")
 
     # -- what the store can answer ------------------------------------------------------------------------------
 
@@ -211,6 +212,12 @@ class _Writer:
 
     def _subject(self, asked: Asked, *, previous: bool) -> ast.Pattern:
         label = self._place_label()
+        if singular(self.wanted.casefold()) == "room" and asked.form in ("find", "count", "exists", "per scene"):
+            if label is None:
+                self.ignored.append("the map holds no rooms")
+            else:
+                self._say("wanted: any place")
+                return parts.nodes(ast.NodePattern(variable=SUBJECT, label=label))
         if label is not None and (self._names_place(self.wanted) or (asked.form == "room" and not self.wanted)):
             self._say(f"wanted: the place {self.wanted}" if self.wanted else "wanted: any place")
             return parts.nodes(ast.NodePattern(variable=SUBJECT, label=label, meaning=parts.meaning(self.wanted)))

@@ -13,7 +13,7 @@ from cgdb.english.clauses import Clause, read
 from cgdb.english.cues import PRONOUNS, STARTERS
 from cgdb.english.intent import Asked, Located
 from cgdb.english.lookahead import PREVIOUS
-from cgdb.english.phrases import Phrases, Word, cleaned, stretch, words
+from cgdb.english.phrases import Phrases, Word, cleaned, joined, stretch, words
 from cgdb.english.question_frames import MARKS, begins_question
 from cgdb.english.question_heads import head, in_each_scene, is_polar, without_auxiliary
 
@@ -64,10 +64,15 @@ def _headed(
     begins = head(found)
     if begins is None:
         return None
-    asked = read_all(begins.subject)
-    if asked.form != "find":
+    if begins.whole:
+        asked = Asked(wanted=joined(text, [word for word in begins.subject if word.form not in STARTERS]))
+    else:
+        asked = read_all(begins.subject)
+    if asked.form != "find" or (begins.form == "all" and not asked.wanted):
         return None
-    against = ""
+    if begins.first is not None:
+        asked = replace(asked, first=begins.first)
+    against = stretch(text, begins.against) if begins.form == "all" else ""
     if begins.form == "compare":
         other = read_all(begins.against)
         if not asked.wanted or not other.wanted:
@@ -92,7 +97,7 @@ def _headed(
     what, level = begins.what, tuple(one for one in asked.located if _over_floor(one))
     if what == "height" and level:
         what, asked = "level", replace(asked, located=tuple(one for one in asked.located if one not in level))
-    polar = begins.what in ("more", "fewer", "as many") or begins.form == "count"
+    polar = begins.what in ("more", "fewer", "as many") or begins.form in ("count", "all")
     return replace(asked, form=begins.form, what=what, against=against, polar=polar)
 
 
