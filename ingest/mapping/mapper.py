@@ -122,6 +122,9 @@ class Mapper:
         is present: seen in the latest, or its place was seen empty. Neither, and nobody knows.
         """
         scene = scene_of(self, name, **about)
+        sessions = [{"recording": session.recording, "first": session.first} for session in self.sessions]
+        if sessions:
+            scene = replace(scene, provenance={**scene.provenance, "sessions": sessions})
         if self.presence is None:
             return scene
         gone, latest = self.presence.gone(), self.sessions[-1]
@@ -136,8 +139,7 @@ class Mapper:
             elif obj.id in gone:
                 properties["present"] = False
             made.append(replace(obj, properties=properties))
-        sessions = [{"recording": session.recording, "first": session.first} for session in self.sessions]
-        return replace(scene, objects=tuple(made), provenance={**scene.provenance, "sessions": sessions})
+        return replace(scene, objects=tuple(made))
 
     def _tidy(self) -> None:
         how, done = self.how.tidying, self.frames

@@ -45,7 +45,7 @@ def boxes(points: NDArray[np.int32]) -> tuple[Floats, Floats, Floats]:
 
     Of the box along the map's axes and the one along the principal axes, the smaller.
     """
-    cloud = points + 0.5
+    cloud: Floats = points.astype(np.float64) + 0.5
     middle = cloud.mean(axis=1, keepdims=True)
     axes: Floats = np.linalg.eigh(np.einsum("npi,npj->nij", cloud - middle, cloud - middle))[1].astype(np.float64)
     best = _along(cloud, np.broadcast_to(np.eye(3, dtype=np.float64), axes.shape))

@@ -113,5 +113,5 @@ def carried(scene: SceneGraph, before: SceneGraph) -> SceneGraph:
     )
 
 
-_OWN = frozenset({"background", "first_frame", "last_frame", "n_views", "last_session", "present"})
-"""Properties that mapping sets, and unsets."""
+_OWN = frozenset({"background", "first_frame", "last_frame", "n_views", "last_session"})
+"""Properties that mapping always sets. Whether a thing is present is only said anew where somebody looked."""
