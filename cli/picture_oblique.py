@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cgdb.cli import picture_labels, picture_points
 from cgdb.cli import picture_style as style
 from cgdb.cli.picture_colors import hexes
-from cgdb.cli.picture_plan import arrows, darker, names, round_length, spacing
+from cgdb.cli.picture_plan import arrows, compass, darker, names, round_length, spacing
 from cgdb.cli.picture_scene import THING, WALL
 
 if TYPE_CHECKING:
@@ -241,26 +241,24 @@ def _faces(axes: Any, scene: PictureScene, coloring: Coloring, eye: Camera) -> N
     items = np.flatnonzero(chosen)
     if not len(items):
         return
-    # Nearest point of the floor plan first is wrong for a cup on a table: what is higher is drawn later as well.
-    behind = np.linalg.norm(scene.centers[items] - eye.eye, axis=1)
-    faces, colors, edges = [], [], []
-    for i in items[np.argsort(-behind, kind="stable")]:
-        corners = scene.corners[i]
-        for face in _FACES:
-            a, b, _, d = corners[face]
-            normal = np.cross(b - a, d - a)
-            outward = corners[face].mean(axis=0) - scene.centers[i]
-            if normal @ outward < 0:
-                normal = -normal
-            length = float(np.linalg.norm(normal))
-            if length < 1e-9 or normal @ (eye.eye - corners[face].mean(axis=0)) <= 0:
-                continue
-            light = 0.72 + 0.28 * float(normal[2]) / length if normal[2] > 0 else 0.72
-            light -= 0.1 * abs(float(normal @ eye.turn[0])) / length
-            faces.append(eye.project(corners[face])[0])
-            alpha = 0.85 if scene.number[i] else 0.25 if scene.has_result else 0.6 - 0.4 * scene.vast[i]
-            colors.append((*(coloring.items[i] / 255 * light), alpha))
-            edges.append((*(coloring.items[i] / 255 * 0.55), 0.9 if scene.number[i] or not scene.has_result else 0.4))
+    # The farthest box first: what is nearer is drawn over it.
+    items = items[np.argsort(-np.linalg.norm(scene.centers[items] - eye.eye, axis=1), kind="stable")]
+    around = scene.corners[items][:, _FACES]  # (m, 6, 4, 3)
+    middle = around.mean(axis=2)
+    normal = np.cross(around[:, :, 1] - around[:, :, 0], around[:, :, 3] - around[:, :, 0])
+    length = np.linalg.norm(normal, axis=2)
+    normal /= np.maximum(length, 1e-12)[..., None]
+    # Outwards, also where the map's axes are left-handed.
+    normal *= np.where((normal * (middle - scene.centers[items][:, None])).sum(axis=2) < 0, -1.0, 1.0)[..., None]
+    box, side = np.nonzero((length > 1e-9) & ((normal * (eye.eye - middle)).sum(axis=2) > 0))
+    normal, owner = normal[box, side], items[box]
+    light = 0.72 + 0.28 * np.maximum(normal[:, 2], 0.0) - 0.1 * np.abs(normal @ eye.turn[0])
+    marked = scene.number[owner] > 0
+    rest = np.full(len(owner), 0.25) if scene.has_result else 0.6 - 0.4 * scene.vast[owner]
+    paint = coloring.items[owner] / 255
+    faces = list(eye.project(around[box, side])[0])
+    colors = np.column_stack([paint * light[:, None], np.where(marked, 0.85, rest)])
+    edges = np.column_stack([paint * 0.55, np.where(marked | (not scene.has_result), 0.9, 0.4)])
     axes.add_collection(
         PolyCollection(faces, facecolors=colors, edgecolors=edges, linewidths=0.5, zorder=2, joinstyle="round"),
         autolim=False,
@@ -338,14 +336,5 @@ def _pieces(
 
 
 def _compass(axes: Any, scene: PictureScene, eye: Camera) -> None:
-    """Where the scene's axes point, at the lower right, in perspective of the middle."""
-    from matplotlib.patheffects import withStroke
-
-    halo = [withStroke(linewidth=3, foreground=style.PAPER)]
-    look = {"textcoords": "offset points", "xycoords": "axes fraction", "zorder": 10}
-    for axis, name in enumerate(scene.axes):
-        dx, dy = 20.0 * eye.turn[:2, axis]
-        arrow = {"arrowstyle": "<|-", "color": style.INK, "lw": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-        axes.annotate("", (0.93, 0.06), (dx, dy), arrowprops=arrow, **look)
-        where = (1.35 * dx, 1.35 * dy)
-        axes.annotate(name, (0.93, 0.06), where, fontsize=7, ha="center", va="center", path_effects=halo, **look)
+    """Where the scene's axes point, as they do in the middle of the view."""
+    compass(axes, {name: tuple(20.0 * eye.turn[:2, axis]) for axis, name in enumerate(scene.axes)})

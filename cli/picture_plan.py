@@ -254,27 +254,23 @@ def _scale_bar(axes: Any, limits: tuple[float, float, float, float]) -> None:
 
 def _compass(axes: Any, scene: PictureScene) -> None:
     """Where the scene's axes point, at the lower right."""
+    compass(axes, {scene.axes[0]: (18.0, 0.0), scene.axes[1]: (0.0, 18.0)})
+
+
+def compass(axes: Any, arms: dict[str, tuple[float, float]]) -> None:
+    """Arrows from a point at the lower right. arms: {name: right and up, in points}."""
     from matplotlib.patheffects import withStroke
 
-    halo = [withStroke(linewidth=3, foreground=style.PAPER)]
-    style_of = {"textcoords": "offset points", "xycoords": "axes fraction", "zorder": 10}
-    for (dx, dy), name in (((18, 0), scene.axes[0]), ((0, 18), scene.axes[1])):
-        axes.annotate(
-            "",
-            (0.955, 0.05),
-            (dx, dy),
-            arrowprops={
-                "arrowstyle": "<|-",
-                "color": style.INK,
-                "lw": 1.0,
-                "shrinkA": 0,
-                "shrinkB": 0,
-                "mutation_scale": 7,
-            },
-            **style_of,
-        )
-        where = (dx + 3, -2.5) if dx else (-2.5, dy + 3)
-        axes.annotate(name, (0.955, 0.05), where, fontsize=7, path_effects=halo, **style_of)
+    box, point = axes.get_window_extent(), axes.figure.dpi / 72
+    at = (1 - 42 * point / box.width, 24 * point / box.height)
+    look = {"textcoords": "offset points", "xycoords": "axes fraction", "zorder": 10}
+    arrow = {"arrowstyle": "<|-", "color": style.INK, "lw": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    for name, (across, up) in arms.items():
+        axes.annotate("", at, (across, up), arrowprops=arrow, **look)
+        length = max(1e-6, (across**2 + up**2) ** 0.5)
+        where = (across * (1 + 7 / length), up * (1 + 7 / length))
+        halo = [withStroke(linewidth=3, foreground=style.PAPER)]
+        axes.annotate(name, at, where, fontsize=7, ha="center", va="center", path_effects=halo, **look)
 
 
 def hull(points: NDArray[np.float64]) -> NDArray[np.float64]:

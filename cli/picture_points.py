@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float32]
 EMPTY = np.float32(np.inf)
-LARGEST = 12
+LARGEST = 20
 """Pixels from the middle of a disc to its rim, at most."""
 
 
@@ -43,27 +43,34 @@ def splat(pixels: Floats, depth: Floats, radius: Floats, colors: NDArray[np.uint
     place, depth, radius = row * np.int32(wide) + column, depth[order], radius[order]
     nearest = np.full(wide * high, EMPTY, np.float32)
     owner = np.full(wide * high, -1, np.int32)
-    reaching: dict[float, tuple[NDArray[Any], NDArray[Any], NDArray[Any]]] = {}
-    for down in range(-reach, reach + 1):
-        for across in range(-reach, reach + 1):
-            far = float(np.hypot(down, across))
-            if far > reach + 0.35:
-                continue
-            if far not in reaching:
-                large = radius + 0.35 >= far
-                # The rim of a disc lies a hair behind its middle, so that neighbours meet in the middle between them.
-                reaching[far] = order[large], place[large], depth[large] * np.float32(1 + 1e-4 * far)
-            points, middle, at = reaching[far]
-            pixel = middle + np.int32(down * wide + across)
-            closer = np.flatnonzero(at < nearest[pixel])
-            pixel = pixel[closer]
-            nearest[pixel] = at[closer]
-            owner[pixel] = points[closer]
+    discs = sorted(
+        (float(np.hypot(down, across)), down * wide + across)
+        for down in range(-reach, reach + 1)
+        for across in range(-reach, reach + 1)
+    )
+    step, culled = -1.0, False
+    points, middle, at = order, place, depth
+    for far, offset in discs:
+        if far > reach + 0.35:
+            break
+        if far > 1.5 and not culled:
+            # What others hide at its middle shows at most a rim: half of the points of a room, drawn no further.
+            seen = depth <= nearest[place] * np.float32(1.01)
+            order, place, depth, radius, culled = order[seen], place[seen], depth[seen], radius[seen], True
+        if far != step:
+            large = radius + 0.35 >= far
+            # The rim of a disc lies a hair behind its middle, so that neighbours meet in the middle between them.
+            points, middle, at, step = order[large], place[large], depth[large] * np.float32(1 + 1e-4 * far), far
+        pixel = middle + np.int32(offset)
+        closer = np.flatnonzero(at < nearest[pixel])
+        pixel = pixel[closer]
+        nearest[pixel] = at[closer]
+        owner[pixel] = points[closer]
     cut = slice(reach, reach + height), slice(reach, reach + width)
     owner = owner.reshape(high, wide)[cut].reshape(-1)
     rgb = np.zeros((width * height, 3), np.uint8)
-    seen = np.flatnonzero(owner >= 0)
-    rgb[seen] = colors[owner[seen]]
+    there = np.flatnonzero(owner >= 0)
+    rgb[there] = colors[owner[there]]
     return Canvas(rgb=rgb.reshape(height, width, 3), depth=nearest.reshape(high, wide)[cut].copy())
 
 
