@@ -43,25 +43,38 @@ def outermost(one: NDArray[np.int32] | None, two: NDArray[np.int32] | None) -> N
 def boxes(points: NDArray[np.int32]) -> tuple[Floats, Floats, Floats]:
     """(center (n, 3), extent (n, 3), rotation (n, 3, 3)) round n sets of extreme cells (n, 26, 3), in cells.
 
-    Of the box along the map's axes and the one along the principal axes, the smaller.
+    The smallest of those that are turned about one of the map's axes, whichever is up, in steps of 5 degrees.
     """
     cloud: Floats = points.astype(np.float64) + 0.5
-    middle = cloud.mean(axis=1, keepdims=True)
-    axes: Floats = np.linalg.eigh(np.einsum("npi,npj->nij", cloud - middle, cloud - middle))[1].astype(np.float64)
-    best = _along(cloud, np.broadcast_to(np.eye(3, dtype=np.float64), axes.shape))
-    turned = _along(cloud, axes)
-    smaller = turned[1].prod(axis=1) < best[1].prod(axis=1)
-    center, extent, rotation = (
-        np.where(smaller.reshape(-1, *[1] * (b.ndim - 1)), a, b) for a, b in zip(turned, best, strict=True)
-    )
-    return center, extent, rotation
+    best = _along(cloud, np.broadcast_to(_TURNS[0], (len(cloud), 3, 3)))
+    for turn in _TURNS[1:]:
+        turned = _along(cloud, np.broadcast_to(turn, (len(cloud), 3, 3)))
+        smaller = turned[1].prod(axis=1) < best[1].prod(axis=1) - 1e-9
+        for kept, new in zip(best, turned, strict=True):
+            kept[smaller] = new[smaller]
+    return best
+
+
+def _turns() -> Floats:
+    """(52, 3, 3): none, and by 5 to 85 degrees about each axis."""
+    made = [np.eye(3)]
+    for axis, degrees in product(range(3), range(5, 90, 5)):
+        one, two = (i for i in range(3) if i != axis)
+        turn, angle = np.eye(3), np.radians(degrees)
+        turn[[one, two], [one, two]] = np.cos(angle)
+        turn[one, two], turn[two, one] = -np.sin(angle), np.sin(angle)
+        made.append(turn)
+    return np.array(made)
+
+
+_TURNS = _turns()
 
 
 def _along(cloud: Floats, axes: Floats) -> tuple[Floats, Floats, Floats]:
     local = np.einsum("npi,nij->npj", cloud, axes)
     # A cell reaches half a cell beyond its middle, along whatever axis about as far.
     low, high = local.min(axis=1) - 0.5, local.max(axis=1) + 0.5
-    return np.einsum("nij,nj->ni", axes, (low + high) / 2), high - low, axes
+    return np.einsum("nij,nj->ni", axes, (low + high) / 2), high - low, axes.copy()
 
 
 def similarity(
