@@ -3,8 +3,9 @@
 Needs CGDB_TEST_DATA (retrieval/judgements.json and the maps that it names). Each map goes into a store of its own, with
 the relations that its boxes imply; each question goes through cgdb.english.translate and Database.query. A query counts
 if it has an object of grade 2, and is right for k if one of grade 2 is among the first k rows. "embedding" ranks by the
-cosine of the whole question and the caption; "~ alone" asks MATCH (o ~ question). Then home_questions.toml is asked in
-four flats of which only class names are known; a part of its questions has no answer there.
+cosine of the whole question and the caption; "~ alone" asks MATCH (o ~ question). Then come the questions of
+benchmarks/queries, totals only, and home_questions.toml in four flats of which only class names are known; a part of
+their questions has no answer.
 
 --show prints each query that is not right at once; --only KIND and --map PART restrict what is asked.
 """
@@ -25,7 +26,9 @@ from typing import Any
 import numpy as np
 
 import cgdb
+from benchmarks.judged import QUERIES, ROOT, Outcome, Query, fits_cell, nothing_cell, outcome, recall
 from benchmarks.report import folder_of_stores, table
+from benchmarks.retrieval import SETS
 from cgdb.database import Database
 from cgdb.english.translate import translate
 from cgdb.ingest import load
@@ -75,6 +78,40 @@ def rooms(db: Database, scene: str) -> list[str]:
 def rank(order: Sequence[str], grades: dict[str, int]) -> int:
     """The place of the first object of grade 2; past the end where there is none."""
     return next((i for i, name in enumerate(order) if grades.get(name) == 2), len(order) + 1000)
+
+
+def ask_judged(data: Path, folder: Path, file: Path, part: str) -> list[Outcome]:
+    """How the questions of one file of benchmarks/queries go."""
+    found = []
+    for name, judged in json.loads(file.read_text()).items():
+        if part not in name:
+            continue
+        db, scene = store(folder, (ROOT if name.startswith("cli/") else data) / name)
+        ids = tuple(str(obj.id) for obj in db.scene(scene, features=False, clouds=False).objects)
+        catalog, places = db.view(scene).catalog, rooms(db, scene)
+        for query in judged:
+            rows = db.query(translate(query["query"], catalog, places=places).text).rows
+            degree, fits = np.zeros(len(ids), dtype=np.float32), np.zeros(len(ids), dtype=bool)
+            for row in rows:
+                if str(row[0].id) in ids:  # type: ignore[union-attr]
+                    at = ids.index(str(row[0].id))  # type: ignore[union-attr]
+                    degree[at], fits[at] = max(degree[at], row.score), fits[at] or row.fits
+            grades = np.asarray([query["relevant"].get(name, 0) for name in ids], dtype=np.int64)
+            asked = Query(map=name, id=query["id"], kind=query["kind"], text=query["query"], ids=ids, grades=grades)
+            found.append(outcome(asked, degree, fits))
+        db.close()
+    return found
+
+
+def report_judged(title: str, outcomes: Sequence[Outcome]) -> None:
+    """Print the totals of one file of questions."""
+    rows = []
+    for kind in (*dict.fromkeys(o.kind for o in outcomes), "all"):
+        of_kind = [o for o in outcomes if kind in ("all", o.kind)]
+        ranks = " ".join(f"{share:.2f}" for share in recall(of_kind))
+        judged = str(sum(o.rank is not None for o in of_kind))
+        rows.append([kind, judged, ranks, fits_cell(of_kind), nothing_cell(of_kind)])
+    table(title, ["kind", "n", "R@1 R@2 R@3", "fits P / R", "nothing fits P / R (n)"], rows)
 
 
 def ask_all(data: Path, folder: Path, only: str | None, part: str) -> list[Asked]:
@@ -260,9 +297,16 @@ def main() -> int:
         return 2
     with folder_of_stores(options.stores) as folder:
         outcomes = ask_all(Path(data), folder, options.only, options.map)
-        homes = ask_homes(Path(data), folder, options.map) if options.only is None else []
+        homes, judged = [], {}
+        if options.only is None:
+            files = {name: QUERIES / f"{name}.json" for name in SETS}
+            judged = {name: ask_judged(Path(data), folder, file, options.map) for name, file in files.items()}
+            homes = ask_homes(Path(data), folder, options.map)
     if outcomes:
         report(outcomes)
+    for name, found in judged.items():
+        if found:
+            report_judged(SETS[name], found)
     if homes:
         report_homes(homes, show=options.show)
     for o in outcomes if options.show else ():

@@ -6,7 +6,7 @@ import importlib.util
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from cgdb.meaning import background, everyday
 from cgdb.meaning.calibration import Calibration
 from cgdb.meaning.contrast import contrast, contrast_others
 from cgdb.meaning.embed import Encoder, text_encoder
+from cgdb.meaning.grading import Grades
 from cgdb.meaning.image_features import Space
 from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.scoring import Evidence, Meaning, Scorer
@@ -147,6 +148,61 @@ def test_what_a_thing_is_done_to_is_not_what_is_looked_for() -> None:
     assert known.facets("something to use as a table").arguments == ()
 
 
+# Grades within the table's classes
+
+
+def test_grades_tell_apart_what_the_table_puts_together(ask: Asker) -> None:
+    known = knowledge()
+    grades = Grades(known, ask.background[: len(known.names)])
+    for trait in range(len(known.traits)):
+        lean = grades.lean(trait)
+        assert lean.shape == (len(known.names),)
+        assert np.isfinite(lean).all()
+        assert np.abs(lean).max() <= 1.0
+        ends = any(trait in scale and trait != scale[len(scale) // 2] for scale in known.scales)
+        assert lean.any() == ends
+    heavy, light = grades.lean(known.traits.index("heavy")), grades.lean(known.traits.index("light"))
+    assert np.allclose(heavy, -light)
+
+
+def test_grades_tell_of_things_what_the_table_does_not(ask: Asker) -> None:
+    known = knowledge()
+    for row, scale in enumerate(known.scales):
+        hidden = np.arange(len(known.names)) % 5 == 0
+        middle = np.float32((len(scale) - 1) / 2)
+        places = known.places.copy()
+        places[row, hidden & np.isfinite(places[row])] = middle
+        grades = Grades(replace(known, places=places), ask.background[: len(known.names)])
+        told = hidden & np.isfinite(known.places[row])
+        assert np.corrcoef(grades.lean(scale[-1])[told], known.places[row, told])[0, 1] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "less"),
+    [
+        ("something small", "a candle", "a lampshade"),
+        ("something rigid", "a table", "a lamp"),
+    ],
+)
+def test_degrees_within_a_class_differ_and_stay_on_their_side(ask: Asker, text: str, more: str, less: str) -> None:
+    index = captioned(more, less)
+    first, second = ask(index, text)
+    assert first > second
+    ungraded = [float(d) for d in Scorer(index).degrees(Meaning(text=text)).degree]
+    assert [d > 0.5 for d in (first, second)] == [d > 0.5 for d in ungraded]
+
+
+def test_a_thing_that_is_only_guessed_is_less_surely_so(ask: Asker) -> None:
+    index = tagged("sofa", "sofaa", "table")
+    named, guessed, other = ask(index, "sofa")
+    assert named > guessed > other
+
+
+def test_who_sits_comfortably_sits_on_what_is_comfortable(ask: Asker) -> None:
+    sofa, bench = ask(tagged("sofa", "bench"), "something comfortable to sit on")
+    assert sofa > bench > 0.5
+
+
 # Without an encoder
 
 
@@ -190,6 +246,18 @@ def test_what_the_map_states_comes_before_what_is_usual() -> None:
     assert usual > 0.5 > small
     _, _, ceramic, dog = by_words(index, "something soft")
     assert dog > 0.5 > ceramic
+
+
+def test_a_small_table_is_small_for_a_table() -> None:
+    table, phone, usual = by_words(captioned("a small table", "a phone", "a table"), "something small")
+    assert phone > table > 0.5 > usual
+    atlas, bathtub = by_words(captioned("a heavy atlas", "a bathtub"), "something heavy")
+    assert bathtub > atlas > 0.5
+
+
+def test_what_only_follows_from_the_material_is_less_sure_than_what_is_known() -> None:
+    bottle, mirror = by_words(captioned("a glass bottle", "a mirror"), "something fragile")
+    assert mirror > bottle > 0.5
 
 
 def test_colours_are_what_the_map_says() -> None:

@@ -176,6 +176,8 @@ def test_says_what_it_understood() -> None:
         "for somebody who hates chairs",
         "for people who are allergic to chairs", "which aren’t chairs", "that are not chairs", "but not a chair please",
         "aside from chairs", "as opposed to a chair", "which is not a chair", ", not a chair",
+        "that has nothing to do with a chair", "not associated with chairs", "irrelevant to chairs",
+        ", though not a chair", "if I don't want a chair", ", but none of the chairs",
     ],
 )  # fmt: skip
 def test_every_way_to_exclude(excluding: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -26,6 +27,11 @@ from cgdb.meaning.words import parse
         ("comfortable to sit on", ("sit",), (), Gap.PLACE),
         ("sit upright for a while", ("sit",), (), Gap.PLACE),
         ("to help a student understand physics", ("understand",), ("physic",), Gap.DOER),
+        ("to use for temporarily securing a zipper", ("secur",), ("zipper",), Gap.DOER),
+        ("fun to pass the time with", ("hav",), ("fun",), Gap.MEANS),
+        ("take a nap on", ("nap",), (), Gap.PLACE),
+        ("to get rid of a wrapper in", ("discard",), ("wrapper",), Gap.PLACE),
+        ("supply water", ("supply",), ("water",), Gap.DOER),
         ("listen to music", ("listen",), (), Gap.ANY),
         ("", (), (), Gap.ANY),
         ("with", ("with",), (), Gap.ANY),
@@ -35,6 +41,55 @@ def test_frames(text: str, verbs: tuple[str, ...], objects: tuple[str, ...], gap
     found = frame(text)
     assert (found.objects, found.gap) == (objects, gap)
     assert found.verbs == verbs or text == "with"
+
+
+@pytest.mark.parametrize(
+    ("text", "around"),
+    [
+        ("comfortable to sit on", ("comfortabl",)),
+        ("to use for temporarily securing a zipper", ("temporarily",)),
+        ("to carry a laptop safely", ("safely",)),
+        ("to sit on", ()),
+    ],
+)
+def test_how_it_is_done_is_no_part_of_what_is_done(text: str, around: tuple[str, ...]) -> None:
+    assert frame(text).around == around
+
+
+def agreement(asked: str, use: str) -> float:
+    known = knowledge()
+    return float(known.use_matches(frame(asked)).agreement[known.uses.index(use)])
+
+
+def test_one_makes_things_with_what_one_makes_them_from() -> None:
+    assert agreement("to make a cape with", "sew clothes or curtains from") == 1.0
+    assert agreement("to eat soup with", "eat soup or cereal from") < 0.5
+
+
+def test_a_use_comes_down_the_lines_and_weighs_less_on_each() -> None:
+    known = knowledge()
+    sewn = np.asarray([1.0 if use == "sew clothes or curtains from" else -1.0 for use in known.uses], dtype=np.float32)
+    best = dict(zip(known.names, known.best_use(sewn, 0.1).tolist(), strict=True))
+    assert best["textile"] == 1.0
+    assert best["textile"] > best["clothing"] > best["shirt"] > best["table"]
+    assert known.best_use(sewn)[known.names.index("shirt")] == 1.0
+
+
+def test_the_kinds_of_a_line_share_its_uses_in_full() -> None:
+    known = knowledge()
+    mended = np.asarray([1.0 if use == "mend clothes" else -1.0 for use in known.uses], dtype=np.float32)
+    best = dict(zip(known.names, known.best_use(mended, 0.1).tolist(), strict=True))
+    assert best["safety pin"] == best["sewing supply"] == 1.0
+
+
+def test_what_a_use_says_beside_is_told_apart() -> None:
+    known = knowledge()
+    match = known.use_matches(frame("to wear"))
+    assert match.adds[known.uses.index("wear on your feet")]
+    assert not match.adds[known.uses.index("wear")]
+    match = known.use_matches(frame("comfortable to sit on"))
+    assert match.circumstance[known.uses.index("relax on in comfort")] > 0
+    assert match.circumstance[known.uses.index("sit on")] == 0
 
 
 def test_who_asks_where_asks_for_a_place() -> None:

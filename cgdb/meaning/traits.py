@@ -12,7 +12,7 @@ from cgdb.meaning.words import stemmed
 
 Floats = NDArray[np.float32]
 
-YES, MOSTLY, MAYBE, UNKNOWN, KIN, NO = 0.95, 0.8, 0.42, 0.35, 0.15, 0.05
+YES, MOSTLY, MAYBE, UNKNOWN, KIN, NO = 0.95, 0.8, 0.42, 0.35, 0.1, 0.05
 """Degrees of a fact of the table: said outright, nearly so, may well be, not told, a sister kind, said otherwise."""
 
 LONGEST_NAME = 4
