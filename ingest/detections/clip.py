@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cgdb.errors import EncoderError
 from cgdb.ingest.detections.models import device_of, loaded, transformers
 
+BATCHES = {"cuda": 128}
 BATCH = 32
 TEXTS = 256
 ENCODERS = {
@@ -50,8 +51,9 @@ class PictureEncoder:
         """(n, d) float32 of unit length."""
         parts = []
         with self._torch.inference_mode():
-            for start in range(0, len(crops), BATCH):
-                inputs = self._processor(images=crops[start : start + BATCH], return_tensors="pt")
+            size = BATCHES.get(self._device.type, BATCH)
+            for start in range(0, len(crops), size):
+                inputs = self._processor(images=crops[start : start + size], return_tensors="pt")
                 parts.append(self._features(inputs["pixel_values"].to(self._device, self._dtype)).float().cpu().numpy())
         return _unit(np.concatenate(parts))
 

@@ -74,7 +74,9 @@ class ModelDetector:
 
     def __call__(self, frame: Frame) -> Detections:
         """The detections of a frame, with the features of their padded crops."""
-        found = self._segmenter(frame.rgb)
+        # torch shares memory with what it is given, and will not share what it may not write to.
+        rgb = frame.rgb if frame.rgb.flags.writeable else frame.rgb.copy()
+        found = self._segmenter(rgb)
         whole = np.flatnonzero(found.masks.any(axis=(1, 2)))
         masks = found.masks[whole]
         made = checked(
@@ -85,7 +87,7 @@ class ModelDetector:
         )
         if not len(made):
             return made
-        features = self._describer([crop(frame.rgb, box) for box in made.xyxy])
+        features = self._describer([crop(rgb, box) for box in made.xyxy])
         # Names have vectors too, by which the map tells things of different names apart.
         names = None
         if isinstance(self._describer, TextDescriber) and self._describer.space == "clip" and all(made.labels):
@@ -174,10 +176,11 @@ def load_detector(choice: Choice) -> ModelDetector:
     from cgdb.ingest.detections.clip import load_describer
     from cgdb.ingest.detections.grounding import Finding, NamedThings, load_finder
     from cgdb.ingest.detections.sam import SamGrid, load_sam
-    from cgdb.ingest.detections.tags import load_tagger
+    from cgdb.ingest.detections.tags import listed, load_tagger
 
     if choice.tags is None:
         return ModelDetector(SamGrid(load_sam(choice.sam)), load_describer(choice.clip))
+    listed(choice.tags)  # a file that is wrong is told of before large models are loaded
     describer = load_describer(choice.clip)
     tagger = load_tagger(choice.tags, describer)
     finder = load_finder(choice.dino or FINDER, Finding(box=choice.box, text=choice.text, overlap=choice.overlap))

@@ -17,12 +17,15 @@ from cgdb.ingest.detections.overlap import distinct
 AT_ONCE = 48
 """Masks that are brought to the size of the picture at a time: each takes 4 MB on the way, and 4 bytes a pixel."""
 BOXES = 32
+POINTS = {"cuda": 144}
+FEWER_POINTS = 36
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
     """The paper's settings: points along a side, what quality the model must expect of its mask, how little the mask
-    may change with its threshold, how much boxes may overlap, and the least pixels. batch: points at a time."""
+    may change with its threshold, how much boxes may overlap, and the least pixels. batch: points at a time; None: what
+    the device can well do."""
 
     side: int = 12
     quality: float = 0.88
@@ -30,7 +33,7 @@ class Grid:
     offset: float = 1.0
     overlap: float = 0.7
     least_area: int = 100
-    batch: int = 36
+    batch: int | None = None
 
 
 def load_sam(name: str) -> Sam:
@@ -53,8 +56,8 @@ class Sam:
 
     def __init__(self, model: Any, processor: Any, name: str) -> None:
         self._torch, _ = transformers()
-        self._device, self._dtype = device_of(self._torch)
-        self._model = model.to(self._device, self._dtype).eval()
+        self.device, self._dtype = device_of(self._torch)
+        self._model = model.to(self.device, self._dtype).eval()
         self._processor = processor
         self.name = f"segment anything ({name})"
 
@@ -67,9 +70,9 @@ class Sam:
         return Asked(
             model=self._model,
             processor=self._processor,
-            embedding=self._model.get_image_embeddings(inputs["pixel_values"].to(self._device, self._dtype)),
+            embedding=self._model.get_image_embeddings(inputs["pixel_values"].to(self.device, self._dtype)),
             kind=kind,
-            prompts=inputs[kind].to(self._device, self._dtype),
+            prompts=inputs[kind].to(self.device, self._dtype),
             original=inputs["original_sizes"],
             reshaped=inputs.get("reshaped_input_sizes"),
         )
@@ -123,7 +126,7 @@ class SamGrid:
         masks, scores = [np.zeros((0, height, width), np.bool_)], [np.zeros(0, np.float32)]
         with transformers()[0].inference_mode():
             asked = self._sam.ask(rgb, "input_points", points)
-            for logits, quality in asked.answers(grid.batch):
+            for logits, quality in asked.answers(grid.batch or POINTS.get(self._sam.device.type, FEWER_POINTS)):
                 # What is not sure is most of it, and is not worth enlarging.
                 sure = quality >= grid.quality
                 rest = quality[sure]

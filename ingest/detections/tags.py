@@ -18,6 +18,7 @@ from cgdb.ingest.detections.clip import PictureEncoder
 from cgdb.ingest.detections.models import device_of, loaded, transformers
 from cgdb.meaning.names import read_names
 
+NEAREST, CAPTION = "clip:", "caption:"
 PROMPT = "a photo of a {}"
 TILES = (1, 2, 3)
 """Parts along a side in which a picture is looked at: small things are lost in the whole."""
@@ -91,14 +92,18 @@ class CaptionTags:
 
 def load_tagger(what: str, clip: PictureEncoder) -> Tagger:
     """A tagger of FILE, clip:FILE or caption:MODEL; FormatError, EncoderError, MissingExtraError."""
-    kind, colon, rest = what.partition(":")
-    if colon and kind == "clip":
-        return ClipTags(read_names(Path(rest)), check_texts(clip))
-    if colon and kind == "caption":
+    names = listed(what)
+    if names is None:
         _, library = transformers()
+        model = what.removeprefix(CAPTION)
         auto = getattr(library, "AutoModelForImageTextToText", None) or library.AutoModelForVision2Seq
-        return CaptionTags(loaded(auto, rest), loaded(library.AutoProcessor, rest), rest)
-    return ListedTags(read_names(Path(what)))
+        return CaptionTags(loaded(auto, model), loaded(library.AutoProcessor, model), model)
+    return ClipTags(names, check_texts(clip)) if what.startswith(NEAREST) else ListedTags(names)
+
+
+def listed(what: str) -> list[str] | None:
+    """The names that FILE or clip:FILE lists; None for caption:MODEL. FormatError."""
+    return None if what.startswith(CAPTION) else read_names(Path(what.removeprefix(NEAREST)))
 
 
 def tiles(rgb: NDArray[np.uint8], sides: Sequence[int] = TILES) -> list[NDArray[np.uint8]]:
