@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float32]
 EMPTY = np.float32(np.inf)
-LARGEST = 20
+LARGEST = 32
 """Pixels from the middle of a disc to its rim, at most."""
 
 
