@@ -2,6 +2,8 @@
 
 python -m benchmarks.mapping SEQUENCE...   generated sequences with their truth (objects.npz) beside them
 
+--wall measures wall time instead, with one thread and with all cores.
+
 The reference's figures were measured with its own code (branch main, CPU, detector preset: overlap, sim_sum 1.2, voxel
 2.5 cm, DBSCAN 0.1, merge every 20 frames) on the sequences of the same generator and seed, 200 frames of 640 x 480, one
 thread. They are quoted, not run. Each sequence is mapped here in a process of its own, with one thread, from the same
@@ -62,23 +64,32 @@ REFERENCE = {
 }
 """{the generator's name of a sequence: the reference on it}."""
 
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("sequences", nargs="+", type=Path, metavar="SEQUENCE")
     parser.add_argument("--detections", help="a folder within each sequence (the arrays in det)")
+    parser.add_argument("--wall", action="store_true", help="wall time only: one thread, and all cores")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--ahead", type=int, default=0, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
-        print(json.dumps(measure(options.sequences[0], options.detections)))
+        sequence = options.sequences[0]
+        one = wall(sequence, options.ahead) if options.wall else measure(sequence, options.detections)
+        print(json.dumps(one))
+        return
+    if options.wall:
+        print(machine())
+        report_wall(options.sequences)
         return
     found = []
     for sequence in options.sequences:
         command = [sys.executable, "-m", "benchmarks.mapping", "--one", str(sequence)]
         if options.detections:
             command += ["--detections", options.detections]
-        threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        done = subprocess.run(command, env={**os.environ, **threads}, check=True, stdout=subprocess.PIPE)
+        done = subprocess.run(command, env={**os.environ, **ONE_THREAD}, check=True, stdout=subprocess.PIPE)
         found.append(json.loads(done.stdout))
         print(f"mapped {sequence.name}", file=sys.stderr)
     print(machine())
@@ -138,12 +149,50 @@ def measure(sequence: Path, detections: str | None) -> dict[str, Any]:
         "total": (sum(reading) + sum(looking) + sum(mapping) + finish + building) / len(mapping),
         "finish": finish,
         "growth": growth(sequence, detections, mapper, mapping[: len(mapping) // 4]),
+        "p95": sorted(mapping)[int(0.95 * len(mapping))],
         "slowest": max(mapping),
         "peak_mb": peak,
         "size_mb": size / 2**20,
         "open_s": opened,
         "score": score.to_json(),
     }
+
+
+def wall(sequence: Path, ahead: int) -> dict[str, float]:
+    """Wall and CPU seconds per frame of the whole loop."""
+    from cgdb.ingest.detections.files import find_detections
+    from cgdb.ingest.frames.recording import open_recording
+    from cgdb.ingest.mapping.ahead import detected
+    from cgdb.ingest.mapping.mapper import Mapper
+
+    detector = find_detections(sequence, path=None)
+    assert detector is not None
+    mapper = Mapper()
+    began, cpu = time.perf_counter(), time.process_time()
+    for frame, found in detected(open_recording(sequence).frames(), detector, ahead):
+        assert not isinstance(found, Exception)
+        mapper.step(frame, found)
+    mapper.finish()
+    mapper.scene("bench")
+    return {
+        "wall": (time.perf_counter() - began) / mapper.frames,
+        "cpu": (time.process_time() - cpu) / mapper.frames,
+    }
+
+
+def report_wall(sequences: list[Path]) -> None:
+    """Wall time with one thread, and with reading ahead and every core; turn by turn, so that both meet one machine."""
+    rows = []
+    for sequence in sequences:
+        cells: list[object] = [sequence.name]
+        for ahead, limits in (("0", ONE_THREAD), ("2", {})):
+            command = [sys.executable, "-m", "benchmarks.mapping", "--one", "--wall", "--ahead", ahead, str(sequence)]
+            free = {name: value for name, value in os.environ.items() if name not in ONE_THREAD}
+            done = subprocess.run(command, env={**free, **limits}, check=True, stdout=subprocess.PIPE)
+            one = json.loads(done.stdout)
+            cells += [f"{1000 * one['wall']:.0f}", f"{1000 * one['cpu']:.0f}"]
+        rows.append(cells)
+    table("Per frame, ms", ["", "one thread: wall", "CPU", "all cores: wall", "CPU"], rows)
 
 
 def growth(sequence: Path, detections: str | None, mapper: Any, before: list[float]) -> float:
@@ -177,11 +226,23 @@ def report(found: list[dict[str, Any]]) -> None:
                 f"{1000 * known.cpu:.0f}" if known else "",
                 f"{known.cpu / one['total']:.0f} x" if known else "",
                 f"{one['growth']:.2f}",
+                f"{1000 * one['p95']:.0f}",
                 f"{1000 * one['slowest']:.0f}",
                 f"{one['finish']:.2f}",
             ]
         )
-    header = ["CPU per frame, ms", "read", "detections", "map", "all", "reference", "faster", "growth", "slowest"]
+    header = [
+        "CPU per frame, ms",
+        "read",
+        "detections",
+        "map",
+        "all",
+        "reference",
+        "faster",
+        "growth",
+        "95 %",
+        "slowest",
+    ]
     table(
         "Time (growth: the first quarter's frames again on the whole map, over the first time; end: final merge, s)",
         [*header, "end"],

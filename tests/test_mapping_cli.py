@@ -15,6 +15,7 @@ import pytest
 
 import cgdb
 from cgdb.cli.app import main
+from cgdb.scene import SceneGraph
 from tests.mapping_rooms import FOCAL, HEIGHT, WIDTH, room_frame
 
 Image = pytest.importorskip("PIL.Image")
@@ -146,6 +147,126 @@ def test_bad_frames_are_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "1 frames left out: there are no detections" in said and "6 frames" in said
 
 
+def test_resume_minds_how_it_was_begun(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root, store = write_recording(tmp_path / "room"), tmp_path / "s.cgdb"
+    common = ["map", str(root), "--into", str(store), "--quiet", "--keep-state"]
+    assert main([*common, "--end", "4", "--start", "1", "--stride", "2"]) == 0
+    for other in (["--start", "1"], ["--stride", "2"], ["--start", "1", "--stride", "2", "--size", "80x60"]):
+        assert main([*common, "--resume", *other]) == 2
+        assert "was begun with another --" in capsys.readouterr().err
+    assert main([*common, "--resume", "--extend"]) == 2
+    assert main([*common, "--resume", "--start", "1", "--stride", "2"]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        assert db.scene("room", clouds=False).provenance["frames"] == 4
+
+
+def moved_recording(root: Path, pose: np.ndarray) -> Path:
+    """The recording, in coordinates in which the map's origin is elsewhere."""
+    write_recording(root)
+    for path in sorted((root / "pose").glob("*.txt")):
+        np.savetxt(path, np.linalg.inv(pose) @ np.loadtxt(path))
+    return root
+
+
+@pytest.mark.parametrize("keep", [[], ["--keep-state"]])
+def test_another_recording_goes_on_with_the_scene(
+    keep: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root, store = write_recording(tmp_path / "morning"), tmp_path / "s.cgdb"
+    pose = np.eye(4)
+    pose[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    pose[:3, 3] = 2.0, -1.0, 0.5
+    other = moved_recording(tmp_path / "evening", pose)
+    np.savetxt(tmp_path / "pose.txt", pose)
+    common = ["--into", str(store), "--name", "room", "--quiet"]
+    assert main(["map", str(other), *common, "--extend"]) == 2
+    assert "no scene 'room' to extend" in capsys.readouterr().err
+    assert main(["map", str(root), *common, *keep]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        before = db.scene("room", clouds=False)
+    assert main(["map", str(other), *common, "--extend", "--pose", str(tmp_path / "pose.txt")]) == 0
+    with cgdb.open(store, text_encoder=None) as db:
+        after = db.scene("room", clouds=False, views=True)
+    assert {o.id: o.tag for o in after.objects} == {o.id: o.tag for o in before.objects}
+    assert all(o.properties["last_session"] == "evening" for o in after.objects)
+    assert after.provenance["sessions"][1] == {"recording": "evening", "first": FRAMES}
+    for one, two in zip(before.objects, after.objects, strict=True):
+        assert one.center is not None and two.center is not None
+        np.testing.assert_allclose(one.center, two.center, atol=0.1)
+    pose[0, 0] = 3.0
+    np.savetxt(tmp_path / "pose.txt", pose)
+    assert main(["map", str(other), *common, "--extend", "--pose", str(tmp_path / "pose.txt")]) == 5
+
+
+def test_a_state_of_another_map_is_not_believed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root, store = write_recording(tmp_path / "morning"), tmp_path / "s.cgdb"
+    other = write_recording(tmp_path / "evening")
+    common = ["--into", str(store), "--name", "room"]
+    assert main(["map", str(root), *common, "--keep-state"]) == 0
+    assert main(["map", str(root), *common, "--on-existing", "replace", "--end", "5", "--every", "0"]) == 0
+    assert not list((store / "mapping").glob("*.npz"))
+    assert main(["map", str(root), *common, "--on-existing", "replace", "--keep-state"]) == 0
+    (store / "mapping" / "room.npz").write_bytes(b"no state")
+    capsys.readouterr()
+    assert main(["map", str(other), *common, "--extend"]) == 0
+    assert "going on from the scene in the store" in capsys.readouterr().err
+
+
+def test_reading_ahead_gives_the_same_map(tmp_path: Path) -> None:
+    root = write_recording(tmp_path / "room")
+    found = []
+    for ahead in ("0", "5"):
+        store = tmp_path / f"{ahead}.cgdb"
+        assert main(["map", str(root), "--into", str(store), "--quiet", "--ahead", ahead]) == 0
+        found.append(scene_of(store))
+    same_map(*found)
+
+
+def scene_of(store: Path) -> SceneGraph:
+    with cgdb.open(store, text_encoder=None) as db:
+        return db.scene("room", views=True)
+
+
+def same_map(one: SceneGraph, two: SceneGraph) -> None:
+    assert [o.id for o in one.objects] == [o.id for o in two.objects]
+    for a, b in zip(one.objects, two.objects, strict=True):
+        assert (a.tag, a.n_observations, a.properties) == (b.tag, b.n_observations, b.properties)
+        assert a.points is not None and b.points is not None
+        np.testing.assert_array_equal(a.points, b.points)
+        np.testing.assert_array_equal(a.features["clip"], b.features["clip"])
+        assert [(v.frame, v.points, v.image) for v in a.views] == [(v.frame, v.points, v.image) for v in b.views]
+
+
+READER = """
+import sys, time
+import cgdb
+seen, deadline = set(), time.monotonic() + 60
+while len(seen) < 3 and time.monotonic() < deadline:
+    try:
+        with cgdb.open(sys.argv[1], text_encoder=None) as db:
+            revisions = [r.id for r in db.revisions("room")]
+            if revisions and revisions[-1] not in seen:
+                vases = [row[0] for row in db.query("MATCH (v)-[:on]->(t) WHERE v.tag = 'vase' RETURN t.tag")]
+                assert vases == ["table"], vases
+                seen.add(revisions[-1])
+    except cgdb.CgdbError as error:
+        assert "no store" in str(error) or "does not exist" in str(error) or "there is no" in str(error), error
+    time.sleep(0.05)
+print(len(seen))
+"""
+
+
+@pytest.mark.slow
+def test_a_robot_asks_while_it_maps(tmp_path: Path) -> None:
+    root, store = write_recording(tmp_path / "room", 60), tmp_path / "s.cgdb"
+    with cgdb.open(store, create=True, text_encoder=None):
+        pass
+    reader = subprocess.Popen([sys.executable, "-c", READER, str(store)], stdout=subprocess.PIPE)
+    assert main(["map", str(root), "--into", str(store), "--every", "5", "--quiet"]) == 0
+    out, _ = reader.communicate(timeout=90)
+    assert reader.returncode == 0 and int(out) >= 1
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_an_interrupted_map_goes_on(how: signal.Signals, tmp_path: Path) -> None:
@@ -167,3 +288,6 @@ def test_an_interrupted_map_goes_on(how: signal.Signals, tmp_path: Path) -> None
     assert main(["map", str(root), "--into", str(store), "--resume", "--quiet"]) == 0
     with cgdb.open(store, text_encoder=None) as db:
         assert db.scene("room", clouds=False).provenance["frames"] == 120
+    whole = tmp_path / "whole.cgdb"
+    assert main(["map", str(root), "--into", str(whole), "--every", "0", "--quiet"]) == 0
+    same_map(scene_of(store), scene_of(whole))
