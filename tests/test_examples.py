@@ -14,6 +14,7 @@ SAYS = {
     "02_search_by_vector.py": ["running shoes", "scissors"],
     "03_export_for_a_planner.py": ["flat.graphml", '"object_tag": "sofa"', "objects left out"],
     "04_script_graph_queries.py": ["living room", "toolbox", "may be stored in", "connected part"],
+    "05_ask_while_mapping.py": ["frame 16: revision 2; on the table: ['lamp', 'mug']", "0.6"],
 }
 
 
