@@ -7,8 +7,10 @@ and the answer says so. Whatever a model writes is parsed, bound and run as any 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -198,6 +200,7 @@ class _Asking:
             places=self._places(),
             tags=tags,
             scenes=[view.info.name for view in self.views],
+            values=self._values(),
             parameters=given,
             before=None if self.previous is None else self.previous.question,
         )
@@ -210,6 +213,15 @@ class _Asking:
                     positions = view.columns.of_label(label)[:100]
                     found.update({node.tag: None for node in view.stored(positions).values() if node.tag})
         return list(found)
+
+    def _values(self) -> dict[str, list[str]]:
+        """What stands in the properties that are lists, the most frequent first."""
+        found = {}
+        for name in (name for name, kind in self.catalog.properties.items() if kind == "list"):
+            columns = (view.column(name) for view in self.views[:20])
+            lists = (value for column in columns for value in column if isinstance(value, (list, tuple)))
+            found[name] = [str(value) for value, _ in Counter(chain.from_iterable(lists)).most_common(20)]
+        return found
 
     def _of_model(self, tree: ast.Query) -> Draft:
         """A model's statement, run. That it names a scene or revision that is not there is an error of its own."""
@@ -379,6 +391,7 @@ class _Asking:
         if "$previous" in draft.result.query:
             return  # only what was found before can be the answer
         if draft.how != "built-in":
+            warnings = list(self.warnings)
             try:
                 other = self._built_in().result
             except QueryCancelled:
@@ -386,6 +399,7 @@ class _Asking:
             except CgdbError:
                 pass  # a second opinion that nobody asked for
             else:
+                self.warnings = warnings
                 for row in other.rows:
                     if first_node(row) is not None:
                         yield _failing(row, draft.result.query)

@@ -14,14 +14,14 @@ from cgdb.index.catalog import STANDARD_RELATIONS
 from cgdb.model.llm import estimated_tokens
 from cgdb.model.prompts import planner_schema, reranking, reranking_schema
 from cgdb.model.query_from_json import from_json
-from cgdb.model.translation_prompt import EXAMPLES, LANGUAGE, MOST_EXAMPLES, Surroundings, examples, translation
+from cgdb.model.translation_prompt import EXAMPLES, LANGUAGE, LISTS, MOST_EXAMPLES, Surroundings, examples, translation
 from cgdb.scene import Place, SceneGraph, SceneObject
 from cgdb.testing import store
 
-PIECES = re.findall(r"`([^`]+)`", LANGUAGE)
+PIECES = re.findall(r"`([^`]+)`", LANGUAGE + LISTS)
 HOUSE = SceneGraph(
     name="house",
-    objects=(SceneObject(id=1, tag="cup"), SceneObject(id=12, tag="bench")),
+    objects=(SceneObject(id=1, tag="cup", properties={"affordances": ("grabbable",)}), SceneObject(id=12, tag="bench")),
     places=(Place(id="r", kind="Room", name="study"),),
 )
 
@@ -99,6 +99,19 @@ def test_the_form_in_json_is_shown_by_an_example() -> None:
     text = str(translation("Which cups are there?", around, as_json=True)[1]["content"])
     line = text.splitlines()[text.splitlines().index("The first of them as JSON:") + 1]
     assert to_text(from_json(json.loads(line))) == examples("Which cups are there?")[0][1]
+
+
+def test_what_stands_in_lists_is_told_where_there_are_some() -> None:
+    with store(HOUSE) as db:
+        catalog = db.view("house").catalog
+    bare = str(translation("Something to open", Surroundings(catalog=catalog))[1]["content"])
+    assert "CONTAINS" not in bare
+    values = {"affordances": ["can_open\u001b", "x" * 500, *map(str, range(100))]}
+    told = str(translation("Something to open", Surroundings(catalog=catalog, values=values))[1]["content"])
+    assert '"can_open"' in told
+    assert "x" * 50 not in told
+    assert '"90"' not in told
+    assert LISTS in told
 
 
 def test_it_is_short() -> None:
