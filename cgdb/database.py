@@ -206,6 +206,13 @@ class Database:
         view, position = self._locate(object_id, scene, as_of)
         return self._ledger.cloud(view.info, int(view.columns.keys[position]))
 
+    def clouds(self, scene: str, *, as_of: AsOf = None) -> Iterator[tuple[ObjectId, Any]]:
+        """The id and (points, colors) of every object with a cloud, as from ``points``, a few in memory at a time."""
+        view = self.view(scene, as_of)
+        ids = dict(zip(view.columns.keys.tolist(), view.column("id").tolist(), strict=True))
+        for key, cloud in self._ledger.clouds(view.info):
+            yield ids[key], cloud
+
     def views(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> tuple[View, ...]:
         """Where an object was seen, best first: the frames, their poses, and the object cut out of them."""
         view, position = self._locate(object_id, scene, as_of)
@@ -456,7 +463,7 @@ class Database:
         skip_damaged: bool = False,
         **options: Any,
     ) -> Exported:
-        """Write a scene to a file: "cgdb", "planner", "node-link" or "graphml"; by its ending when not said."""
+        """Write a scene to a file, in one of the formats of ``cgdb.export``; by its ending when not said."""
         from cgdb.export import export
 
         whole = self.scene(scene, as_of=as_of, views=True, skip_damaged=skip_damaged)

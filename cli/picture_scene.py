@@ -215,12 +215,10 @@ Cloud = tuple[int, NDArray[np.float32], NDArray[np.uint8] | None]
 
 
 def _clouds(db: cgdb.Database, view: SceneView, nodes: list[StoredNode]) -> Iterator[Cloud]:
-    for position, node in enumerate(nodes):
-        if node.label != "Object":
-            continue
-        cloud = db.points(node.id, scene=view.info.name, as_of=view.info.revision)
-        if cloud is not None and len(cloud[0]):
-            yield position, cloud[0], cloud[1]
+    positions = {node.id: position for position, node in enumerate(nodes)}
+    for id, (points, colors) in db.clouds(view.info.name, as_of=view.info.revision):
+        if len(points):
+            yield positions[id], points, colors
 
 
 def _sample(

@@ -17,6 +17,8 @@ import cgdb
 from cgdb import ingest
 from cgdb.database import Database
 from cgdb.errors import BindError, CgdbError, ExecuteError, SceneError, StoreBusyError, StoreError, VersionError
+from cgdb.scene import SceneGraph, SceneObject
+from cgdb.testing import store
 
 FLAT = Path(__file__).parents[1] / "cli" / "flat.json"
 
@@ -248,3 +250,16 @@ def test_every_error_is_one_of_ours(db: Database) -> None:
         with pytest.raises(CgdbError) as caught:
             call()
         assert "\n" not in caught.value.message
+
+
+def test_clouds_of_a_scene_come_with_their_ids() -> None:
+    objects = (
+        SceneObject(id="a", points=np.ones((2, 3), np.float32), colors=np.zeros((2, 3), np.uint8)),
+        SceneObject(id=7),
+        SceneObject(id=3, points=np.zeros((1, 3), np.float32)),
+    )
+    with store(SceneGraph(name="one", objects=objects)) as db:
+        found = dict(db.clouds("one"))
+        assert set(found) == {"a", 3}
+        assert found["a"][0].tolist() == [[1.0] * 3] * 2 and found["a"][1].dtype == np.uint8
+        assert found[3][1] is None

@@ -164,6 +164,10 @@ class Ledger:
         """Points (n, 3) float32 m and colors (n, 3) uint8 of a node."""
         return reader.cloud(self._reading, info, self._sound, key)
 
+    def clouds(self, info: SceneInfo) -> Iterator[tuple[int, Cloud]]:
+        """The keys and clouds of all nodes that have one, a few in memory at a time."""
+        return reader.clouds(self._reading, info)
+
     def views(self, info: SceneInfo, key: int) -> tuple[View, ...]:
         """Where a node was seen, best first."""
         return reader.views_of(self._reading, info, self._sound, key)
