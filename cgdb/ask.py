@@ -21,6 +21,7 @@ from cgdb.errors import (
     BindError,
     CgdbError,
     ExecuteError,
+    LimitError,
     MissingExtraError,
     ParseError,
     QueryCancelled,
@@ -43,6 +44,7 @@ from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker, named
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
+from cgdb.narrowed import narrowed
 from cgdb.result import Reason, Result, Row
 from cgdb.shortlist import by_score, identity, is_total, of_objects, shortlist, uncut
 from cgdb.survey import surveyed
@@ -285,16 +287,35 @@ class _Asking:
             back = follow_up(question, self.previous.ids)
             question, among = back.question, back.among
             self.parameters["previous"] = list(back.ids)
-        setting = surveyed(self.views, self._places(), previous="previous" in self.parameters)
-        made = translate(question, self.catalog, setting=setting)
+        there = "previous" in self.parameters
+        made = translate(question, self.catalog, setting=surveyed(self.views, self._places(), previous=there))
+        if there and len(self.views) > 1 and (among or "$previous" in made.text):
+            # What was found before is in some scenes, and asked in their words.
+            self.views = [self.db.view(name, self.as_of) for name in self._scenes_before()]
+            self.names = tuple(view.info.name for view in self.views)
+            self.catalog = merge(view.catalog for view in self.views)
+            made = translate(question, self.catalog, setting=surveyed(self.views, self._places(), previous=there))
         tree, understood = made.query, tuple(made.understood)
         if among:
             tree = among_previous(tree)
             made = replace(made, query=tree)
         if "$previous" in to_text(tree):
             understood = (*understood, f"found before: {self._found_before()}")
-        draft = self._carried_out(tree, uncut_for_reranking=True)
+        try:
+            draft = self._carried_out(tree, uncut_for_reranking=True)
+        except LimitError:
+            draft = self._narrowed(tree)
         return replace(draft, how="built-in", understood=understood, wanted=made.wanted, made=made)
+
+    def _narrowed(self, tree: ast.Query) -> Draft:
+        """The statement over what fits alone, where it outgrew a limit; the answer shows it as it was."""
+        found = narrowed(tree, lambda one: self._carried_out(one, whole=True).result)
+        if found is None:
+            return self._carried_out(tree)
+        draft = self._carried_out(found[0])
+        self.warnings.extend(("of things that are compared, only those that fit were looked at", *found[1]))
+        shown = self._framed(tree, most=MOST_ROWS)
+        return replace(draft, tree=shown, result=replace(draft.result, query=to_text(shown)))
 
     def _found_before(self) -> str:
         ids = self.parameters["previous"]
@@ -405,13 +426,16 @@ class _Asking:
                         yield _failing(row, draft.result.query)
         yield from self._nearest(draft, most)
 
+    def _catalog_of(self, scene: str) -> Catalog:
+        return self.db.view(scene, self.as_of).catalog
+
     def _explained(self, draft: Draft) -> Explained:
         """The answer in words; what is looked up for it is asked of the same scenes at the same time."""
 
         def run(tree: ast.Query) -> Result:
             return self._carried_out(tree, whole=True).result
 
-        return explained(draft, self.catalog, self.names, run, MOST_ROWS)
+        return explained(draft, self._catalog_of, self.names, run, MOST_ROWS)
 
     def _answer(self, found: Explained) -> Answer:
         draft = found.draft

@@ -10,12 +10,11 @@ from cgdb import wording
 from cgdb.asked import Fact, first_node
 from cgdb.draft import Draft
 from cgdb.grammar import ast
-from cgdb.index.catalog import Catalog
 from cgdb.model.prompts import clean
 from cgdb.near_misses import missing, near_misses
 from cgdb.result import Result, Row, StoredNode
 from cgdb.shortlist import identity
-from cgdb.whereabouts import whereabouts
+from cgdb.whereabouts import CatalogOf, whereabouts
 
 if TYPE_CHECKING:
     from cgdb.english.translate import Translation
@@ -33,8 +32,11 @@ class Explained:
     facts: tuple[Fact, ...] = ()
 
 
-def explained(draft: Draft, catalog: Catalog, scenes: Sequence[str], run: Run, most: int) -> Explained:
-    """The answer in words. scenes: those that were asked; run: for what is yet to be looked up; most: rows at most."""
+def explained(draft: Draft, catalog_of: CatalogOf, scenes: Sequence[str], run: Run, most: int) -> Explained:
+    """The answer in words.
+
+    catalog_of: of a scene; scenes: those that were asked; run: for what is yet to be looked up; most: rows at most.
+    """
     result = draft.result
     if result.nothing_fits or _counts_nothing(result):
         return _nothing(draft, scenes, run)
@@ -42,9 +44,11 @@ def explained(draft: Draft, catalog: Catalog, scenes: Sequence[str], run: Run, m
     if draft.made is None:
         return Explained(draft=draft, achievable=True, text=_plainly(result, scenes, most), facts=facts)
     asked = draft.made.asked
+    if not isinstance(draft.tree.limit, ast.Number):
+        most = len(result.rows) + 1  # a total has no end
     rows = wording.fit(result.rows)
     if asked.form == "where" and (nodes := [node for row in rows if (node := first_node(row)) is not None]):
-        lines, found = whereabouts(nodes[: wording.NAMED], catalog, run)
+        lines, found = whereabouts(nodes[: wording.NAMED], catalog_of, run)
         more = f"; and {len(nodes) - wording.NAMED:,} more" if len(nodes) > wording.NAMED else ""
         return Explained(draft=draft, achievable=True, text=clean("; ".join(lines), 600) + more, facts=(*facts, *found))
     holds, text, found = wording.answered(asked, draft.wanted, result, scenes, most, ordered=bool(draft.tree.order))

@@ -11,6 +11,8 @@ from cgdb.result import Result, StoredNode, StoredRelation
 
 Run = Callable[[ast.Query], Result]
 
+CatalogOf = Callable[[str], Catalog]
+
 _TELLING = ("in", "inside", "on", "on top of", "attached to", "under", "above", "next_to", "next to", "near")
 """Relations that say where something is, the most telling first."""
 _STRUCTURE = frozenset(("wall", "floor", "ceiling", "room"))
@@ -19,10 +21,11 @@ MOST = 2
 """Things that a place is told by."""
 
 
-def whereabouts(nodes: Sequence[StoredNode], catalog: Catalog, run: Run) -> tuple[list[str], list[Fact]]:
-    """A line per thing, "#2 lamp is in the kitchen, on #0 table", and its parts as facts."""
+def whereabouts(nodes: Sequence[StoredNode], catalog_of: CatalogOf, run: Run) -> tuple[list[str], list[Fact]]:
+    """A line per thing, "#2 lamp is in the kitchen, on #0 table", and its parts as facts. catalog_of: of a scene."""
     lines, facts = [], []
     for node in nodes:
+        catalog = catalog_of(node.scene)
         said = [*_rooms(node, catalog, run), *_beside(node, catalog, run)]
         facts.extend(said)
         words = [f"{fact.what.replace('_', ' ')} {fact.value}" for fact in said]

@@ -187,7 +187,7 @@ def answered(
             mean = measured(rows[0], columns)
             return True, f"{counted(int(str(rows[0][1])), wanted)}: {mean} on average", []
         case "distance" if "distance" in columns:
-            pairs = [_apart(row, several) for row in rows]
+            pairs = [_apart(row, several) for row in _nearest(rows, columns)]
             return True, "; ".join(pairs[:NAMED]) + _more(len(pairs)), []
         case "measure" if any(name in UNITS for name in columns):
             sizes = [f"{called(row, scenes=several)} is {said}" for row in rows if (said := measured(row, columns))]
@@ -277,6 +277,19 @@ def _all(asked: Asked, wanted: str, rows: Sequence[Row]) -> tuple[bool, str, lis
     many = f"{holding:,} of {counted(every, wanted)}" if every > 1 else counted(1, wanted)
     verb = "is" if every == 1 or holding == 1 else "are"
     return False, f"no: {many} {verb} {'not ' if every == 1 else ''}{asked.against}; not: {clean(some, 160)}", facts
+
+
+def _nearest(rows: Sequence[Row], columns: Sequence[str]) -> list[Row]:
+    """Of each thing the row with the nearest other, in the order in which the things come."""
+    at = columns.index("distance")
+    best: dict[Any, Row] = {}
+    for row in rows:
+        node = first_node(row)
+        key = None if node is None else (node.scene, node.id)
+        known = best.get(key)
+        if known is None or (row[at] is not None and (known[at] is None or row[at] < known[at])):  # type: ignore[operator]
+            best[key] = row
+    return list(best.values())
 
 
 def _apart(row: Row, scenes: bool) -> str:

@@ -156,6 +156,14 @@ def test_scenes_are_told_apart(both: Database) -> None:
     assert ask(both, "which scene has the fewest tables?").explanation == "loft has 0 tables (den 1)"
     assert ask(both, "in which scene is the door?").explanation == "den (1 door)"
     assert ask(both, "lamps").explanation.startswith("4 fit: #2 lamp in den, #22 lamp in loft")
+    assert ask(both, "where is the lamp?").explanation.startswith(
+        "#2 lamp is in the study, on #1 table; #22 lamp is at x"
+    )
+    lamp = ask(both, "the highest lamp in loft")
+    assert ask(both, "where is it?", lamp).explanation.startswith("#22 lamp is at x 0.00, y -2.30, z 0.00 m")
+    assert ask(both, "what is next to it?", lamp).assumed == (
+        "next to it: the map holds no relations, taken as within 1 m",
+    )
     assert ask(both, "how many chairs are there in loft?").explanation == "1 chair: #21 chair"
 
 

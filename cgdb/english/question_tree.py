@@ -16,7 +16,7 @@ from cgdb.english import cues, relation_names
 from cgdb.english import tree_parts as parts
 from cgdb.english.affordances import PROPERTY, Affordance, affordance_of
 from cgdb.english.clauses import depicts
-from cgdb.english.intent import Asked, Located, Setting
+from cgdb.english.intent import Asked, Located, Measured, Setting
 from cgdb.english.lookahead import PREVIOUS
 from cgdb.english.phrases import words
 from cgdb.english.question_forms import Given, given
@@ -29,6 +29,9 @@ from cgdb.meaning.words import singular
 
 MOST_ANCHORS = 4
 """Things that one relation may name ("between a, b and c")."""
+
+CLOSE = 1
+"""Metres within which things are close by, where the map holds no relations."""
 
 _SAYS: Mapping[str, str] = {"next_to": "next to", "front": "in front of", "attached": "attached to"}
 _SORTS: Mapping[str, str] = {"kind": "kind", "traits": "property", "use": "use", "name": "name", "told": "as told"}
@@ -190,6 +193,19 @@ class _Writer:
             asked = replace(asked, excluded=(*asked.excluded, *denied))
         if self._place_label() is None and asked.form in ("room", "per room"):
             self.ignored.append("the map holds no rooms")
+        if not relation_names.related(self.catalog):
+            back = tuple(one for one in asked.located if PREVIOUS in one.anchors)
+            close = tuple(one for one in back if one.name in ("near", "next_to") and not one.negated)
+            for one in back:
+                how = f"taken as within {CLOSE} m" if one in close else "left out"
+                (self.assumed if one in close else self.ignored).append(
+                    f"{one.text}: the map holds no relations, {how}"
+                )
+            near = (
+                Measured(what="distance", op="<=", number=CLOSE, unit="m", than=PREVIOUS, text=o.text) for o in close
+            )
+            located = tuple(one for one in asked.located if one not in back)
+            asked = replace(asked, located=located, measured=(*asked.measured, *near))
         if asked.located and not relation_names.related(self.catalog):
             denied = tuple(located.text for located in asked.located if located.negated)
             wanted = _whole(asked.wanted, asked.located)
