@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,10 +76,9 @@ def _detector(options: Namespace, recording: Recording) -> Detector:
 
 
 def _parameters(options: Namespace) -> Mapping:
-    from cgdb.ingest.mapping.associate import Association
     from cgdb.ingest.mapping.fuse import VIEWS
     from cgdb.ingest.mapping.mapper import Mapping
-    from cgdb.ingest.mapping.tidy import Tidying
+    from cgdb.ingest.mapping.variants import PRESETS, varied
 
     if not 0.005 <= options.voxel <= 0.5:
         raise UsageError(f"--voxel is in metres, 0.005 to 0.5, not {options.voxel}")
@@ -91,16 +91,19 @@ def _parameters(options: Namespace) -> Mapping:
     pictures = options.crops != "none"
     if pictures and not (options.crops.isascii() and options.crops.isdigit() and 1 <= int(options.crops[:9]) <= 50):
         raise UsageError(f"--crops takes a number from 1 to 50, or none, not '{options.crops[:40]}'")
-    return Mapping(
+    how = varied(Mapping(), PRESETS[options.preset])
+    chosen = {name: getattr(options, name) for name in ("spatial", "semantic", "threshold", "bias")}
+    given = {name: value for name, value in chosen.items() if value is not None}
+    how = replace(
+        how,
         voxel=options.voxel,
         views=int(options.crops) if pictures else VIEWS,
         crops=pictures,
         background=options.background,
-        association=Association(
-            spatial=options.spatial, semantic=options.semantic, threshold=options.threshold, bias=options.bias
-        ),
-        tidying=Tidying(least_detections=options.min_detections),
+        association=replace(how.association, **given),
+        tidying=replace(how.tidying, least_detections=options.min_detections),
     )
+    return varied(how, options.set or ())
 
 
 def _resumed(db: cgdb.Database, name: str, state: Path, how: Mapping, key: str, now: Progress) -> Begun:
@@ -179,7 +182,7 @@ def _check_free(db: cgdb.Database, name: str, options: Namespace) -> None:
 
 def _check_vocabulary(options: Namespace, detector: Detector) -> None:
     """Before hours of mapping: whether what is mapped could be named."""
-    from cgdb.tagging import open_vocabulary
+    from cgdb.enrich.tags import open_vocabulary
 
     if options.vocabulary is None:
         return

@@ -14,7 +14,7 @@ from cgdb.cli import render, values
 
 if TYPE_CHECKING:
     from cgdb.meaning.embed import Encoder
-    from cgdb.tagging import SceneTags
+    from cgdb.enrich.tags import SceneTags
 
 
 def tag(options: Namespace) -> int:
@@ -55,7 +55,7 @@ def tag_scenes(
 ) -> tuple[SceneTags, ...]:
     """What was done with each scene, with progress on stderr."""
     from cgdb.cli.importing import _progress
-    from cgdb.tagging import Tagging
+    from cgdb.enrich.tags import Tagging
 
     work = Tagging(db, vocabulary, scenes=scenes, space=space, top=top, replace=replace, encoders=encoders)
     with _progress(quiet) as progress:

@@ -17,7 +17,7 @@ from cgdb.cli.app import main
 from cgdb.errors import EncoderError, FormatError, StoreError, UsageError
 from cgdb.meaning.names import read_names
 from cgdb.scene import FeatureSpace, SceneGraph, SceneObject
-from cgdb.tagging import Tagging
+from cgdb.enrich.tags import Tagging
 
 NAMES = ("cup", "chair", "table lamp")
 VECTORS = np.eye(3, 4, dtype=np.float32)
