@@ -205,15 +205,18 @@ def _mapping(commands: Any) -> None:
         "--vocabulary", metavar="FILE", help="names for things without one, by what they look like (see cgdb tag)"
     )
     mapping.add_argument("--voxel", type=float, default=0.025, metavar="M", help="the side of a voxel (0.025)")
-    mapping.add_argument("--threshold", type=float, default=1.1, help="least similarity to be the same object (1.1)")
+    mapping.add_argument(
+        "--preset", choices=("paper", "reference"), default="paper", help="as in the paper, or as its code does (paper)"
+    )
+    mapping.add_argument("--set", action="append", metavar="NAME=VALUE", help="any parameter: tidying.merge_every=10")
+    mapping.add_argument("--threshold", type=float, help="least similarity to be the same object (1.1)")
     mapping.add_argument(
         "--spatial",
         choices=("overlap", "iou", "giou", "iou_accurate", "giou_accurate"),
-        default="overlap",
         help="the geometric similarity (overlap)",
     )
-    mapping.add_argument("--semantic", choices=("paper", "cosine"), default="paper", help="cos/2 + 1/2, or cos (paper)")
-    mapping.add_argument("--bias", type=float, default=0.0, help="weigh geometry up and looks down by this (0)")
+    mapping.add_argument("--semantic", choices=("paper", "cosine"), help="cos/2 + 1/2, or cos (paper)")
+    mapping.add_argument("--bias", type=float, help="weigh geometry up and looks down by this (0)")
     mapping.add_argument(
         "--background",
         choices=("merge", "skip", "objects"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from cgdb.errors import UsageError
 from cgdb.ingest.detections.detections import Detections, checked
 from cgdb.ingest.mapping import oriented
 from cgdb.ingest.mapping.associate import Association, semantic
@@ -17,6 +18,7 @@ from cgdb.ingest.mapping.lift import Lifting, lift
 from cgdb.ingest.mapping.mapper import Mapper, Mapping
 from cgdb.ingest.mapping.similarity import box_similarity
 from cgdb.ingest.mapping.tidy import look_the_same
+from cgdb.ingest.mapping.variants import PRESETS, varied
 from cgdb.ingest.mapping.voxels import Voxels
 from tests.mapping_rooms import ROOM, room_frame
 
@@ -272,3 +274,34 @@ def test_what_a_mask_swallowed_comes_out_again(alike: float, vases: int) -> None
     mapper.finish()
     assert [obj.tag for obj in mapper.scene("x").objects].count("vase") == vases
     assert len(ROOM) == 5
+
+
+# -- variants
+
+
+def test_variants_by_name() -> None:
+    how = varied(Mapping(), PRESETS["reference"])
+    assert how.renormalise and how.association.semantic == "cosine" and how.association.threshold == 1.2
+    assert how.consensus.views == 0 and how.tidying.merge_every == 20
+    assert varied(Mapping(), PRESETS["paper"]) == Mapping()
+    assert varied(how, ["voxel=0.05", "selection.subtract=no", "association.spatial=giou"]).voxel == 0.05
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("voxel", "NAME=VALUE"),
+        ("voxels=1", "no setting 'voxels'"),
+        ("tidying=1", "no setting 'tidying'"),
+        ("voxel.size=1", "no setting"),
+        ("tidying.merge_every=often", "a whole number"),
+        ("voxel=nan", "a number"),
+        ("lifting.cell=0", "at least 1"),
+        ("tidying.old=-3", "at least 0"),
+        ("renormalise=1", "yes or no"),
+        ("association.spatial=near", "one of overlap"),
+    ],
+)
+def test_a_setting_that_is_none_is_one_line(setting: str, says: str) -> None:
+    with pytest.raises(UsageError, match=says):
+        varied(Mapping(), [setting])
