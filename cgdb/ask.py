@@ -432,8 +432,17 @@ class _Asking:
     def _explained(self, draft: Draft) -> Explained:
         """The answer in words; what is looked up for it is asked of the same scenes at the same time."""
 
-        def run(tree: ast.Query) -> Result:
+        def whole(tree: ast.Query) -> Result:
             return self._carried_out(tree, whole=True).result
+
+        def run(tree: ast.Query) -> Result:
+            try:
+                return whole(tree)
+            except LimitError:
+                found = narrowed(tree, whole)
+                if found is None:
+                    raise
+                return whole(found[0])
 
         return explained(draft, self._catalog_of, self.names, run, MOST_ROWS)
 

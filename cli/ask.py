@@ -107,6 +107,11 @@ def show(answer: Answer, *, why: bool = False, everything: bool = False) -> None
     some = shown(answer.rows, everything=everything)
     if why or everything or not _is_said(answer):
         asking.show(replace(answer.result, rows=some), "table", why=why, everything=everything)
+        fitting, told = (sum(row.fits for row in rows) for rows in (answer.rows, some))
+        if 0 < told < len(some):
+            out.print(Text("  without ✓: does not fit, and only comes near", style="dim"), soft_wrap=True)
+        if told < fitting:
+            out.print(Text(f"  {fitting - told:,} more fit (--all shows them)", style="dim"), soft_wrap=True)
     if answer.understood:
         out.print(Text(f"  understood: {render.clean('; '.join(answer.understood))}", style="dim"), soft_wrap=True)
     out.print(Text(f"  {render.clean(answer.query)}"), soft_wrap=True)

@@ -12,6 +12,7 @@ import pytest
 from cgdb.asked import Answer
 from cgdb.database import Database
 from cgdb.errors import UsageError
+from cgdb.limits import Limits
 from cgdb.scene import ObjectId, Place, Relation, SceneGraph, SceneObject
 from cgdb.testing import store
 
@@ -197,6 +198,23 @@ def test_questions_that_follow_up(den: Database) -> None:
 def test_a_question_that_points_to_nothing_is_an_error(den: Database) -> None:
     with pytest.raises(UsageError, match="points back"):
         ask(den, "what is under it?")
+
+
+@pytest.mark.parametrize(
+    ("question", "said"),
+    [
+        ("chairs taller than the table", "3 fit: #5 chair (0.90 m tall)"),
+        (
+            "chairs taller than the door",
+            "nothing fits; the nearest is #5 chair (0.90 m tall, not taller than the door)",
+        ),
+    ],
+)
+def test_comparisons_that_outgrow_a_limit_are_narrowed(den: Database, question: str, said: str) -> None:
+    answer = den.ask(question, model=False, limits=Limits(rows=20))
+    assert answer.explanation.startswith(said)
+    assert any("only those that fit" in line for line in answer.warnings)
+    assert " IN [" not in answer.query
 
 
 HOSTILE = 'la"mp\\") RETURN 1 //\n`'

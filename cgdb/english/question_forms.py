@@ -133,4 +133,5 @@ def _distance(asked: Asked, values: Values) -> Given:
     other = values.other(asked.against)
     values.conditions.append(parts.differ(other))
     distance = parts.call("distance", ast.Variable(name=SUBJECT), other)
-    return Given(returns=(subject, parts.item(other), parts.item(distance, "distance")))
+    order = parts.ordered(ast.Variable(name="distance"), descending=False)
+    return Given(returns=(subject, parts.item(other), parts.item(distance, "distance")), order=(order,))

@@ -163,7 +163,7 @@ class _Writer:
             "room": "asked for the room",
             "measure": f"asked for the {'height above the floor' if asked.what == 'level' else asked.what}",
             "trait": f"asked for the {asked.what}",
-            "distance": "asked for the distance",
+            "distance": f"asked for the distance from {asked.against}" if asked.against else "asked for the distance",
             "all": f"asked whether all are: {asked.against}",
             "average": f"asked for the average {asked.what}",
             "compare": f"counted against: {asked.against}",
