@@ -19,7 +19,9 @@ Form = Literal[
     "compare",
     "measure",
     "distance",
-    "trait", "average", "all",
+    "trait",
+    "average",
+    "all",
 ]
 """What is wanted to know: things, whether there is one, how many, where, in which room, how many in each room or scene,
 in which scene, of which of two kinds there are more, how large, how far, what colour and the like.
