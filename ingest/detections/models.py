@@ -206,6 +206,11 @@ def loaded(kind: Any, name: str) -> Any:
     hub.setLevel(logging.ERROR)  # it tells of every try to reach a network that is not there
     try:
         return kind.from_pretrained(name)
+    except ImportError as error:  # some processors are written with torchvision
+        first = " ".join(str(error).split())[:120]
+        raise MissingExtraError(
+            f"the model '{name}' cannot be loaded: {first}", hint="pip install 'cgdb[models]'"
+        ) from error
     except Exception as error:  # noqa: BLE001  transformers, torch and the hub's client raise errors of many kinds
         first = (str(error).strip() or type(error).__name__).splitlines()[0][:200]
         raise EncoderError(
