@@ -5,7 +5,10 @@ numpy makes room for what a header announces before it reads; a file of a hundre
 
 from __future__ import annotations
 
+import lzma
 import math
+import struct
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -20,7 +23,11 @@ LARGEST_FILE = 256 << 20
 """Bytes of a .npy file."""
 LARGEST_UNPACKED = 2 << 30
 """Bytes of all arrays of a .npz file."""
-_DAMAGED = (OSError, ValueError, EOFError, KeyError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+_DAMAGED = (
+    OSError, ValueError, EOFError, KeyError, TypeError, RuntimeError, MemoryError, SyntaxError,
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, tokenize.TokenError,
+)  # fmt: skip
+"""What zipfile, its decompressors, and numpy's parser of headers, which reads them as Python, raise."""
 
 
 def of_file(path: Path) -> NDArray[Any]:
@@ -35,13 +42,13 @@ def of_file(path: Path) -> NDArray[Any]:
         raise FormatError(f"{path.name}: is no array that can be read") from error
 
 
-def of_archive(path: Path) -> dict[str, NDArray[Any]]:
-    """{name: array} of a .npz file. FileNotFoundError as it is; FormatError where it is damaged."""
+def of_archive(path: Path, *, most: int = LARGEST_UNPACKED) -> dict[str, NDArray[Any]]:
+    """{name: array} of a .npz file, of most bytes. FileNotFoundError as it is; FormatError where it is damaged."""
     try:
         with zipfile.ZipFile(path) as packed:
             parts = packed.infolist()
-            if sum(part.file_size for part in parts) > LARGEST_UNPACKED:
-                raise FormatError(f"{path.name}: unfolds to more than {LARGEST_UNPACKED >> 30} GB")
+            if sum(part.file_size for part in parts) > most:
+                raise FormatError(f"{path.name}: unfolds to more than {most >> 30} GB")
             made = {}
             for part in parts:
                 with packed.open(part) as file:

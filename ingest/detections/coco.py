@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cgdb.errors import FormatError
 from cgdb.ingest import strict_json
-from cgdb.ingest.detections.detections import Detections, checked
+from cgdb.ingest.detections.detections import Detections, check_room, checked
 from cgdb.ingest.frames import poses
 from cgdb.ingest.frames.recording import LARGEST_SIDE, Frame
 
@@ -30,17 +30,19 @@ class CocoFile:
             raise FormatError(f"{path}: must hold 'images' and 'annotations'")
         stems: dict[Any, str] = {}
         for image in value["images"]:
-            if isinstance(image, dict) and isinstance(image.get("file_name"), str):
-                stems[image.get("id")] = Path(image["file_name"]).stem
+            if isinstance(image, dict) and isinstance(image.get("file_name"), str) and _is_id(image.get("id")):
+                stems[image["id"]] = Path(image["file_name"]).stem
         by_name: dict[str, list[dict[str, Any]]] = {stem: [] for stem in stems.values()}
         for annotation in value["annotations"]:
-            stem = stems.get(annotation.get("image_id")) if isinstance(annotation, dict) else None
+            known = isinstance(annotation, dict) and _is_id(annotation.get("image_id"))
+            stem = stems.get(annotation["image_id"]) if known else None
             if stem is None:
                 raise FormatError(f"{path}: an annotation belongs to no image")
             by_name[stem].append(annotation)
+        listed = value.get("categories")
         categories = {
             c["id"]: c["name"]
-            for c in value.get("categories", ())
+            for c in (listed if isinstance(listed, list) else ())
             if isinstance(c, dict) and isinstance(c.get("id"), int) and isinstance(c.get("name"), str)
         }
         return cls(by_name, categories)
@@ -61,9 +63,12 @@ class CocoFile:
         if frame.name not in self._by_name:
             raise FormatError(f"{frame.name}: there are no detections for this frame")
         listed = self._by_name[frame.name]
-        masks = [mask_of(item.get("segmentation"), f"{frame.name}: annotation {i}") for i, item in enumerate(listed)]
-        if len({mask.shape for mask in masks}) > 1:
-            raise FormatError(f"{frame.name}: masks of several sizes")
+        masks: list[NDArray[np.bool_]] = []
+        for i, item in enumerate(listed):
+            masks.append(mask_of(item.get("segmentation"), f"{frame.name}: annotation {i}"))
+            check_room(len(listed), masks[-1].size, frame.name)
+            if masks[-1].shape != masks[0].shape:
+                raise FormatError(f"{frame.name}: masks of several sizes")
         with_features = [item for item in listed if isinstance(item.get("feature"), list)]
         return checked(
             np.stack(masks) if masks else np.zeros((0, *frame.depth.shape), np.bool_),
@@ -75,7 +80,8 @@ class CocoFile:
 
     def _name(self, item: dict[str, Any]) -> str:
         name = item.get("category_name", item.get("category", item.get("label")))
-        return name if isinstance(name, str) else self._categories.get(item.get("category_id", -1), "")
+        number = item.get("category_id")
+        return name if isinstance(name, str) else self._categories.get(number, "") if isinstance(number, int) else ""
 
 
 def mask_of(value: object, where: str) -> NDArray[np.bool_]:
@@ -121,16 +127,20 @@ def unpacked(text: str, where: str) -> list[int]:
 def _score(item: dict[str, Any]) -> float:
     for key in ("score", "predicted_iou", "confidence"):
         if isinstance(item.get(key), (int, float)):
-            return float(item[key])
+            return float(min(max(item[key], 0), 1))
     return 1.0
 
 
-def _features(items: list[dict[str, Any]], n: int, where: str) -> NDArray[np.float32] | None:
+def _is_id(value: object) -> bool:
+    return isinstance(value, (int, str))
+
+
+def _features(items: list[dict[str, Any]], n: int, where: str) -> NDArray[np.float64] | None:
     if not items:
         return None
     if len(items) != n or len({len(item["feature"]) for item in items}) > 1:
         raise FormatError(f"{where}: some detections have features and some have not, or of another dimension")
     try:
-        return np.array([item["feature"] for item in items], dtype=np.float32)
-    except (TypeError, ValueError) as error:
+        return np.array([item["feature"] for item in items], dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(f"{where}: a feature holds something other than numbers") from error

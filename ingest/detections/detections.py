@@ -16,6 +16,8 @@ BACKGROUND = frozenset({"wall", "floor", "ceiling"})
 """Classes that are the room, not things in it."""
 MOST = 10_000
 """Detections in one frame; above it the file is damaged."""
+MOST_PIXELS = 2 << 30
+"""Of all masks of a frame, a byte each: a few bytes of run lengths, packed bits or labels can stand for terabytes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,29 +79,37 @@ def checked(
     space: str = "clip",
 ) -> Detections:
     """Detections of arrays that come from a file: aligned, finite, features brought to unit length; FormatError."""
-    n = len(masks)
-    if n > MOST or (n and masks.ndim != 3):
-        raise FormatError(f"{where}: masks have shape {masks.shape}, expected (n, height, width)")
+    n = len(masks) if masks.ndim else MOST + 1
+    if n > MOST or (n and masks.ndim != 3) or masks.dtype.kind not in "biuf":
+        raise FormatError(f"{where}: masks have shape {masks.shape} of {masks.dtype}, expected (n, height, width)")
     made = np.ascontiguousarray(masks if masks.dtype == np.bool_ else masks != 0) if n else np.zeros((0, 1, 1), bool)
     if xyxy is None or not n:
         boxes = boxes_of(made)
-    elif xyxy.shape != (n, 4) or not np.isfinite(xyxy.astype(np.float64)).all():
+    elif xyxy.shape != (n, 4) or xyxy.dtype.kind not in "fiu" or not np.isfinite(xyxy).all():
         raise FormatError(f"{where}: {n} masks but boxes of shape {xyxy.shape}, or boxes that are not finite")
     else:
-        boxes = xyxy.astype(np.float32)
-    sure = np.ones(n, np.float32) if confidence is None else confidence.astype(np.float32).reshape(-1)
+        boxes = np.clip(xyxy, 0, [made.shape[2], made.shape[1]] * 2).astype(np.float32)
+    if confidence is not None and confidence.dtype.kind not in "biuf":
+        raise FormatError(f"{where}: the confidences are no numbers but {confidence.dtype}")
+    sure = np.ones(n) if confidence is None else confidence.astype(np.float64).reshape(-1)
     names = tuple(labels) if labels is not None else ("",) * n
     if len(sure) != n or len(names) != n:
         raise FormatError(f"{where}: {n} masks but {len(sure)} confidences and {len(names)} labels")
     return Detections(
         masks=made,
         xyxy=boxes,
-        confidence=np.clip(np.nan_to_num(sure), 0.0, 1.0),
+        confidence=np.clip(np.nan_to_num(sure), 0.0, 1.0).astype(np.float32),
         labels=names,
         features=_unit(features, n, where, "features"),
         text_features=_unit(text_features, n, where, "text features"),
         space=space,
     )
+
+
+def check_room(n: int, pixels: int, where: str) -> None:
+    """FormatError where n masks of so many pixels are more than a frame can have, before they are unfolded."""
+    if n > MOST or n * pixels > MOST_PIXELS:
+        raise FormatError(f"{where}: {n} masks of {pixels:,} pixels are more than a frame can have")
 
 
 def boxes_of(masks: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -185,8 +195,9 @@ def _unit(values: NDArray[np.generic] | None, n: int, where: str, what: str) -> 
         return None
     if values.ndim != 2 or len(values) != n or values.dtype.kind not in "fiu":
         raise FormatError(f"{where}: {n} masks but {what} of shape {values.shape}")
-    made = values.astype(np.float32)
-    if not np.isfinite(made).all():
+    # In float64, where the length of no finite float32 overflows.
+    made = values.astype(np.float64)
+    if not (np.abs(made) <= np.finfo(np.float32).max).all():
         raise FormatError(f"{where}: {what} hold NaN or infinite values")
     length = np.linalg.norm(made, axis=1, keepdims=True)
     if (length < 1e-12).any():

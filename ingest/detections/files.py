@@ -17,7 +17,7 @@ from cgdb.errors import FormatError, UsageError, did_you_mean
 from cgdb.ingest import arrays, gunzip, strict_json
 from cgdb.ingest.detections import frame_pickles as detection_pickles
 from cgdb.ingest.detections.coco import CocoFile
-from cgdb.ingest.detections.detections import Detections, checked
+from cgdb.ingest.detections.detections import Detections, check_room, checked
 from cgdb.ingest.frames import pictures, poses
 from cgdb.ingest.frames.recording import Frame
 
@@ -96,9 +96,12 @@ def _arrays(folder: Path) -> Callable[[Frame], Detections]:
         if mask.ndim == 2 and mask.dtype == np.uint8:
             if mask.shape[1] != (height * width + 7) // 8:
                 raise FormatError(f"{path.name}: packed masks of another size than the frame's {width} x {height}")
+            check_room(len(mask), height * width, path.name)
             mask = np.unpackbits(mask, axis=1, count=height * width).reshape(-1, height, width).view(np.bool_)
         ids = held.get("class_id")
-        labels = _labels(ids, classes, len(mask), path) if ids is not None else None
+        labels = _labels(ids, classes, len(mask) if mask.ndim else 0, path) if ids is not None else None
+        if text is not None and ids is not None and len(ids) and not 0 <= ids.min() <= ids.max() < len(text):
+            raise FormatError(f"{path.name}: a class id is not one of the {len(text)} classes")
         features = held.get("image_feats")
         return checked(
             mask,
@@ -248,6 +251,7 @@ def _label_pictures(folder: Path) -> Callable[[Frame], Detections]:
         numbers = numbers[numbers > 0]
         if len(numbers) > 2000:
             raise FormatError(f"{path.name}: {len(numbers)} segments, which is no label picture")
+        check_room(len(numbers), picture.size, path.name)
         masks = np.stack([picture == n for n in numbers]) if len(numbers) else np.zeros((0, *picture.shape), np.bool_)
         return checked(masks, where=path.name, labels=[names.get(str(n), "") for n in numbers.tolist()])
 

@@ -5,7 +5,6 @@ Read from a plain .npz, a PLY with labels, the folder of a generated sequence, o
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CgdbError, FormatError, UsageError
+from cgdb.ingest.arrays import of_archive
 from cgdb.ingest.evaluation import ply
 from cgdb.ingest.evaluation.names import NYU40, ClassNames, read
 from cgdb.scene import LARGEST_COORDINATE
@@ -85,14 +85,11 @@ def _folder(path: Path, names: ClassNames | None) -> LabelledCloud:
 def arrays_of(path: Path) -> dict[str, NDArray[Any]]:
     """{name: array} of a .npz; never objects, and never more than LARGEST_ARRAYS."""
     try:
-        with zipfile.ZipFile(path) as archive:
-            # A few kilobytes of zeros can claim to be terabytes.
-            if sum(entry.file_size for entry in archive.infolist()) > LARGEST_ARRAYS:
-                raise FormatError("unpacks to more than a truth can be")
-        with np.load(path, allow_pickle=False) as held:
-            return {name: held[name] for name in held.files}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, MemoryError, RuntimeError) as error:
-        raise FormatError(f"holds no arrays that can be read ({type(error).__name__})") from error
+        return of_archive(path, most=LARGEST_ARRAYS)
+    except FileNotFoundError as error:
+        raise FormatError(f"{path}: is not there") from error
+    except FormatError as error:
+        raise FormatError(f"{path}: holds no arrays that can be read: {error.message.partition(': ')[2]}") from error
 
 
 def _generated(path: Path, arrays: Mapping[str, NDArray[Any]]) -> LabelledCloud:

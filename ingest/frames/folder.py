@@ -117,5 +117,5 @@ def _times(path: Path) -> dict[str, float]:
     for line in poses.text_of(path).splitlines():
         name, _, value = line.strip().rpartition(" ")
         if name:
-            made[name.strip()] = float(poses.numbers(value, str(path))[0])
+            made[name.strip()] = poses.number(value, str(path))
     return made

@@ -48,5 +48,5 @@ def _pose(path: Path) -> tuple[NDArray[np.float64] | None, str]:
     try:
         value = strict_json.parse(poses.text_of(path))
         return np.array(value["pose"], dtype=np.float64).reshape(4, 4), ""
-    except (FormatError, KeyError, TypeError, ValueError):
+    except (FormatError, KeyError, TypeError, ValueError, OverflowError):
         return None, "the pose is no matrix of numbers"

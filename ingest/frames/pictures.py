@@ -15,6 +15,8 @@ from cgdb.ingest import arrays
 from cgdb.ingest.frames import exr
 
 MOST_PIXELS = 64 << 20
+FORMATS = ("PNG", "JPEG", "PPM", "TIFF", "WEBP", "BMP")
+"""What pictures of cameras come in. Pillow knows more, and hands some of it (EPS) to other programs, by content."""
 
 
 def color(path: Path, file: BinaryIO | None = None) -> NDArray[np.uint8]:
@@ -92,7 +94,7 @@ def size_of_any(paths: Iterable[Path]) -> tuple[int, int] | None:
 def _opened(path: Path, file: BinaryIO | None = None) -> Any:
     image = _pillow()
     try:
-        picture = image.open(path if file is None else file)
+        picture = image.open(path if file is None else file, formats=FORMATS)
     except FileNotFoundError as error:
         raise FormatError(f"{path.name}: is not there") from error
     except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:

@@ -44,7 +44,4 @@ def read(root: Path) -> Recording:
 
 
 def _number(meta: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
-    value = meta.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise FormatError(f"{path}: '{key}' must be a number, not {str(value)[:40]!r}")
-    return float(value)
+    return poses.plausible(meta.get(key, default), f"{path}: '{key}'")

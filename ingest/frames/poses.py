@@ -37,6 +37,21 @@ def numbers(text: str, where: str) -> NDArray[np.float64]:
         raise FormatError(f"{where}: holds something other than numbers") from error
 
 
+def number(text: str, where: str) -> float:
+    """The one number of a text. FormatError for none, several, or something else."""
+    found = numbers(text, where)
+    if found.size != 1:
+        raise FormatError(f"{where}: has {found.size} numbers, expected one")
+    return float(found[0])
+
+
+def plausible(value: object, what: str) -> float:
+    """A number of a camera or recording; FormatError for what is none, or so large that it can only be a mistake."""
+    if not isinstance(value, bool) and isinstance(value, (int, float)) and abs(value) <= 1e12:
+        return float(value)
+    raise FormatError(f"{what} must be a number, not {str(value)[:40]!r}")
+
+
 def rows(path: Path, width: int) -> list[NDArray[np.float64]]:
     """The lines of a table of numbers, each (width,); blank lines and # comments are passed over."""
     found = []
@@ -64,7 +79,10 @@ def fault(pose: Matrix, *, left_handed: bool = False) -> str | None:
     if not np.isfinite(pose).all():
         return "the pose holds infinite values or NaN"
     turn = pose[:3, :3]
-    if not np.allclose(pose[3], [0, 0, 0, 1], atol=1e-6) or not np.allclose(turn @ turn.T, np.eye(3), atol=2e-2):
+    # Numbers whose squares overflow first: no rotation has one above 1.
+    if np.abs(turn).max() > 2 or not np.allclose(turn @ turn.T, np.eye(3), atol=2e-2):
+        return "the pose is no rotation and translation"
+    if not np.allclose(pose[3], [0, 0, 0, 1], atol=1e-6):
         return "the pose is no rotation and translation"
     if (np.linalg.det(turn) < 0) != left_handed:
         return "the pose mirrors the world"
@@ -83,7 +101,7 @@ def settled(pose: Matrix) -> Matrix:
 
 def of_quaternion(translation: NDArray[np.float64], xyzw: NDArray[np.float64]) -> Matrix:
     """(4, 4) from a translation (3,) and a quaternion (x, y, z, w), normalised here; NaN where it has no length."""
-    length = np.linalg.norm(xyzw)
+    length = float(np.linalg.norm(xyzw)) if np.abs(xyzw).max() < 1e6 else 0.0
     x, y, z, w = xyzw / length if length > 1e-6 else np.full(4, np.nan)
     pose = np.eye(4)
     pose[:3, :3] = [
@@ -148,6 +166,11 @@ def open3d_intrinsics(value: object, where: str) -> tuple[Matrix, tuple[int, int
     if isinstance(value, dict):
         listed, width, height = value.get("intrinsic_matrix"), value.get("width"), value.get("height")
         good = isinstance(listed, list) and len(listed) == 9 and all(isinstance(v, (int, float)) for v in listed)
-        if good and isinstance(width, int) and isinstance(height, int):
+        if (
+            good
+            and isinstance(width, int)
+            and isinstance(height, int)
+            and 0 < min(width, height) <= max(width, height) < 1e6
+        ):
             return column_major(listed, 3, where), (width, height)
     raise FormatError(f"{where}: must hold width, height and an intrinsic_matrix of 9 numbers")

@@ -46,7 +46,7 @@ def read(root: Path) -> Recording:
 def _camera(path: Path) -> dict[str, float]:
     """The numbers under camera_params: `key: number` lines are all that these files hold, so no YAML is parsed."""
     found = {
-        key: float(number)
+        key: poses.plausible(float(number), f"{path}: {key}")
         for key, number in re.findall(
             r"^\s*(\w+)\s*:\s*([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)\s*$", poses.text_of(path), flags=re.MULTILINE
         )

@@ -56,7 +56,7 @@ def _listed(path: Path) -> list[tuple[float, str]]:
         time, _, name = line.strip().partition(" ")
         if not name or ".." in name or name.startswith("/"):
             raise FormatError(f"{path}:{number}: must be a time and a file within the recording")
-        made.append((float(poses.numbers(time, f"{path}:{number}")[0]), name.strip()))
+        made.append((poses.number(time, f"{path}:{number}"), name.strip()))
     return made
 
 
