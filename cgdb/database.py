@@ -464,10 +464,11 @@ class Database:
         **options: Any,
     ) -> Exported:
         """Write a scene to a file, in one of the formats of ``cgdb.export``; by its ending when not said."""
-        from cgdb.export import export
+        from cgdb.export import WITH_VIEWS, export, format_of
 
-        whole = self.scene(scene, as_of=as_of, views=True, skip_damaged=skip_damaged)
-        return export(whole, Path(path), format, **options)
+        chosen = format if format is not None else format_of(Path(path))
+        whole = self.scene(scene, as_of=as_of, views=chosen in WITH_VIEWS, skip_damaged=skip_damaged)
+        return export(whole, Path(path), chosen, **options)
 
     # -- care ---------------------------------------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ from cgdb.scene import SceneGraph
 __all__ = [
     "EXPORTERS",
     "SUFFIXES",
+    "WITH_VIEWS",
     "Document",
     "Exported",
     "document",
@@ -45,6 +46,9 @@ EXPORTERS: dict[str, Callable[..., Document]] = {
     "rerun": rerun,
 }
 """Format name -> its function of a scene; the function's keyword parameters are the format's options."""
+
+WITH_VIEWS = frozenset({"cgdb", "rerun"})
+"""Formats that hold the views of objects. For the others the pictures, most of a map's bytes, need not be read."""
 
 SUFFIXES: dict[str, str] = {
     ".planner.json": "planner",

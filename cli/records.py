@@ -274,7 +274,7 @@ def use(session: Session, rest: str) -> None:
     as_of: int | str | None = None
     if moment := _AS_OF.search(rest):
         text = moment[1].strip().strip("'\"")
-        as_of = int(text) if text.isdigit() else text
+        as_of = int(text) if text.isdecimal() and len(text) < 19 else text
         rest = rest[: moment.start()]
     wanted = words(rest.replace(",", " "), ":use [scene ...] [AS OF revision]")
     db = session.db

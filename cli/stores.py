@@ -125,7 +125,7 @@ def check(options: Namespace) -> int:
 
 def export(options: Namespace) -> int:
     """Write a scene to a file or to stdout."""
-    from cgdb.export import document, format_of
+    from cgdb.export import WITH_VIEWS, document, format_of
 
     with cgdb.open(options.store, text_encoder=None) as db:
         names = [scene.name for scene in db.scenes(_moment(options.as_of))]
@@ -140,7 +140,7 @@ def export(options: Namespace) -> int:
         }
         if options.output == "-":
             scene = db.scene(
-                name, as_of=_moment(options.as_of), views=form == "cgdb", skip_damaged=options.skip_damaged
+                name, as_of=_moment(options.as_of), views=form in WITH_VIEWS, skip_damaged=options.skip_damaged
             )
             written = document(scene, form, **chosen)
             if written.data is None:
@@ -167,7 +167,7 @@ def export(options: Namespace) -> int:
 
 
 def _moment(text: str | None) -> int | str | None:
-    return int(text) if text is not None and text.isdigit() else text
+    return int(text) if text is not None and text.isdecimal() and len(text) < 19 else text
 
 
 def remove(options: Namespace) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,12 +24,11 @@ def views(options: Namespace) -> int:
     """List the views of objects, or write their pictures."""
     if options.k is not None and options.k < 1:
         raise UsageError("-k must be at least 1")
-    as_of = int(options.as_of) if options.as_of is not None and options.as_of.isdigit() else options.as_of
     found: list[tuple[ObjectId, int, View]] = []
     with cgdb.open(options.store, text_encoder=None) as db:
         for text in options.ids:
             object_id = canonical_id(text.removeprefix("#") or text)
-            seen = db.views(object_id, scene=options.scene, as_of=as_of)
+            seen = db.views(object_id, scene=options.scene, as_of=options.as_of)
             if not seen:
                 sys.stderr.write(f"note: #{render.clean(object_id)} has no views\n")
             found += [(object_id, rank, view) for rank, view in enumerate(seen[: options.k], start=1)]
@@ -68,8 +68,10 @@ def _write(found: list[tuple[ObjectId, int, View]], folder: Path) -> int:
 
 
 def _file_name(object_id: ObjectId) -> str:
-    """An id as part of a file's name: letters and digits stay, everything else is its number."""
-    return "".join(c if c.isascii() and (c.isalnum() or c in "-.") else f"_{ord(c):x}" for c in str(object_id))[:150]
+    """An id as part of a file's name: letters and digits stay, everything else is its number; long ones end in a digest
+    of the whole, for two that begin alike are two."""
+    name = "".join(c if c.isascii() and (c.isalnum() or c in "-.") else f"_{ord(c):x}" for c in str(object_id))
+    return name if len(name) <= 150 else f"{name[:130]}_{sha256(name.encode()).hexdigest()[:16]}"
 
 
 def record_of(object_id: ObjectId, rank: int, view: View) -> dict[str, Any]:

@@ -171,7 +171,11 @@ def test_the_recording_that_the_others_break_is_whole(tmp_path: Path) -> None:
     "files",
     [
         {"times_DOT_txt": "1 ,\n"},
-        {"meta_DOT_json": '{"width": %s, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}' % HUGE},
+        {
+            "meta_DOT_json": '{"width": HUGE, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}'.replace(
+                "HUGE", HUGE
+            )
+        },
         {"meta_DOT_json": '{"width": 1e999, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}'},
         {"pose__1_DOT_txt": "1e200 0 0 0 0 1e200 0 0 0 0 1 0 0 0 0 1"},
     ],
@@ -195,7 +199,9 @@ def test_other_layouts_with_numbers_that_are_none(tmp_path: Path) -> None:
     (tmp_path / "c").mkdir()
     np.save(tmp_path / "c" / "x_depth.npy", np.ones((48, 64), np.float32))
     Image.fromarray(np.zeros((48, 64, 3), np.uint8)).save(tmp_path / "c" / "x.png")
-    (tmp_path / "c" / "x.json").write_text('{"pose": [[%s,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}' % HUGE)
+    (tmp_path / "c" / "x.json").write_text(
+        '{"pose": [[HUGE,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}'.replace("HUGE", HUGE)
+    )
     with pytest.raises(FormatError, match="no matrix of numbers"):
         list(open_recording(tmp_path / "c").frames())
 

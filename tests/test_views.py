@@ -251,6 +251,44 @@ def test_a_cgdb_that_knows_no_views_refuses_the_store(db: cgdb.Database, monkeyp
         cgdb.open(db.path)
 
 
+def test_a_newer_cgdb_that_came_meanwhile_is_not_written_over(db: cgdb.Database) -> None:
+    add(db, seen(1, *VIEWS))
+    newer = schema.FORMAT + 1
+    database = sqlite3.connect(db.path / "ledger.sqlite")
+    database.execute(f"update meta set value = '{newer}' where name = 'format'")
+    database.execute(f"pragma user_version = {newer}")
+    database.commit()
+    with pytest.raises(VersionError, match=f"to format {newer}"):
+        add(db, seen(1), how="merge")
+    assert db.views(1)[0].frame == VIEWS[0].frame
+    database.close()
+
+
+@pytest.mark.parametrize("form", ["cgdb", "node-link", "ply"])
+def test_pictures_are_read_for_the_formats_that_hold_them(
+    form: str, db: cgdb.Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from cgdb.storage import reader
+
+    read: list[bool] = []
+    views = reader.views
+    monkeypatch.setattr(reader, "views", lambda *given: read.append(True) or views(*given))
+    add(db, SceneObject(id=1, center=np.zeros(3), views=VIEWS))
+    db.export("lab", tmp_path / "a", form)
+    assert bool(read) == (form == "cgdb")
+
+
+def test_long_ids_that_begin_alike_are_two_files(
+    db: cgdb.Database, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ids = [f"{'x' * 180}{end}" for end in "ab"]
+    add(db, *(SceneObject(id=one, views=VIEWS[:1]) for one in ids))
+    assert main(["views", str(db.path), *ids, "--into", str(tmp_path / "pictures")]) == 0
+    assert len(list((tmp_path / "pictures").iterdir())) == 2
+    assert main(["views", str(db.path), ids[0], "--as-of", "²"]) == 6
+    assert "neither a revision nor a time" in capsys.readouterr().err
+
+
 # --- damage ----------------------------------------------------------------------------------------------------------
 
 

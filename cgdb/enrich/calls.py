@@ -15,6 +15,8 @@ from cgdb.model.llm import Meter, Model, ModelError, Unreachable, Usage
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
+Turn = Callable[[], None]
+"""Waits until one more question may be begun."""
 
 HOPELESS = frozenset({401, 403, 404, 429})
 """What a server answers whatever it is asked: a wrong key or model, a limit that retries did not wait out."""
@@ -46,31 +48,37 @@ class Answered(Generic[Item, Answer]):
 
 
 def each(
-    model: Model, items: Iterable[Item], ask: Callable[[Item, Meter], Answer], pace: Pace
+    model: Model, items: Iterable[Item], ask: Callable[[Item, Meter, Turn], Answer], pace: Pace
 ) -> Iterator[Answered[Item, Answer]]:
     """Ask for every item, yielding answers in the order in which they come. Items are taken when their turn is near.
 
+    ask begins with its first question at once, and waits for its turn before each further one: a rate is of questions,
+    and an item may take several.
     An item that the model refuses, or answers with nothing that can be used, has no answer. ModelError where the server
     cannot be used at all; calls that are under way are then given up, and so they are when the iterator is closed.
     """
-    work: queue.SimpleQueue[Item] = queue.SimpleQueue()
+    work: queue.SimpleQueue[tuple[Item] | None] = queue.SimpleQueue()
     done: queue.SimpleQueue[tuple[Item, Answer | None, Usage, BaseException | None]] = queue.SimpleQueue()
     stopped, turn = threading.Event(), _Turn(pace.per_minute)
 
+    def next_turn() -> None:
+        if not turn.wait(stopped):
+            raise ModelError("given up")  # nobody waits for the answer any more
+
     def run() -> None:
-        while True:
-            item = work.get()
+        while (given := work.get()) is not None:
+            (item,) = given
             if not turn.wait(stopped):
                 return
             meter, answer, problem = model.meter(), None, None
             try:
-                answer = ask(item, meter)
+                answer = ask(item, meter, next_turn)
             except BaseException as error:  # noqa: BLE001  it is raised again in the thread that waits for answers
                 problem = error
             done.put((item, answer, meter.usage, problem))
 
     source = iter(items)
-    out = failures = 0
+    out = failures = workers = 0
     first = True
     try:
         for item in islice(source, pace.workers):
@@ -78,7 +86,8 @@ def each(
                 model.prepare(model.meter())  # what is learnt of the server is then known to all threads
             # A daemon: a call that hangs must not hold up a Ctrl-C.
             threading.Thread(target=run, daemon=True).start()
-            work.put(item)
+            workers += 1
+            work.put((item,))
             out += 1
         while out:
             item, answer, usage, problem = done.get()
@@ -88,11 +97,13 @@ def each(
                 raise problem
             first = False
             for following in islice(source, 1):
-                work.put(following)
+                work.put((following,))
                 out += 1
             yield Answered(item, answer, usage)
     finally:
         stopped.set()
+        for _ in range(workers):
+            work.put(None)  # a thread that waits for an item for ever would keep the model and the store
 
 
 def cost(model: Model | None, prompt: int, completion: int) -> float | None:

@@ -13,7 +13,7 @@ from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
-from cgdb.enrich.calls import Pace, cost, each
+from cgdb.enrich.calls import Pace, Turn, cost, each
 from cgdb.enrich.kept import Kept, key_of
 from cgdb.enrich.prompts import (
     INVALID,
@@ -191,13 +191,17 @@ class Captioning:
     def _missing(self) -> list[_Task]:
         return [task for task in self._tasks if self._kept.get(task.key) is None]
 
-    def _together(self, model: Model, task: _Task, meter: Meter) -> Captioned:
+    def _together(self, model: Model, task: _Task, meter: Meter, _: Turn) -> Captioned:
         messages = seeing([picture_url(image) for image in task.images], task.detected)
         room = 4 * (REFINED_TOKENS + CAPTION_TOKENS * task.n)
         return _usable(_refined(model, messages, refining_schema(captions=True), room, meter))
 
-    def _one_by_one(self, model: Model, task: _Task, meter: Meter) -> Captioned:
-        captions = [caption for image in task.images if (caption := _looked(model, image, meter))]
+    def _one_by_one(self, model: Model, task: _Task, meter: Meter, turn: Turn) -> Captioned:
+        captions = []
+        for image in task.images:
+            captions.append(_looked(model, image, meter))
+            turn()
+        captions = [caption for caption in captions if caption]
         found = _refined(model, refining(captions, task.detected), refining_schema(), 4 * REFINED_TOKENS, meter)
         return replace(_usable(found), captions=tuple(captions))
 
@@ -208,16 +212,15 @@ class Captioning:
             known = {task.id: self._kept.get(task.key) for task in self._tasks if task.scene == scene}
             if not any(known.values()):
                 continue
-            objects = self._db.scene(scene).objects
-            changed = [
-                new
-                for obj in objects
-                if (found := known.get(obj.id)) is not None and (new := _described(obj, found, model.name)) is not obj
-            ]
-            if not changed:
-                continue
             message = f"captions from {clean(model.name, 100)}"
             with self._db.write(scene, kind="caption", on_existing="merge", message=message) as writer:
+                # Read while nobody else can write: what a mapper that runs beside has added since is not undone.
+                changed = [
+                    new
+                    for obj in self._db.scene(scene).objects
+                    if (found := known.get(obj.id)) is not None
+                    and (new := _described(obj, found, model.name)) is not obj
+                ]
                 writer.objects(changed)
             if writer.revision is not None:
                 self.revisions[scene] = writer.revision

@@ -24,7 +24,8 @@ class Kept(Generic[Known]):
         self._path = path
         self._known: dict[str, Known] = {}
         try:
-            lines = path.read_text("utf-8", errors="replace").splitlines()
+            # Not splitlines: a text may hold other ends of lines, such as U+2028, as they are.
+            lines = path.read_text("utf-8", errors="replace").split("\n")
         except FileNotFoundError:
             lines = []
         except OSError as error:

@@ -166,20 +166,17 @@ class Enrichment:
 
     def _write(self, model: Model) -> None:
         for name in self._objects:
-            scene = self._db.scene(name)
+            message = f"properties from {clean(model.name, 100)}"
             changed = []
-            for obj in scene.objects:
-                text = description(obj)
-                known = None if text is None else self._kept.get(self._key(text))
-                if known is not None:
-                    new = self._enriched(obj, known, model.name)
-                    if dict(new.properties) != dict(obj.properties):
-                        changed.append(new)
-            if not changed:
-                continue
-            with self._db.write(
-                name, kind="enrich", on_existing="merge", message=f"properties from {clean(model.name, 100)}"
-            ) as writer:
+            with self._db.write(name, kind="enrich", on_existing="merge", message=message) as writer:
+                # Read while nobody else can write: what a mapper that runs beside has added since is not undone.
+                for obj in self._db.scene(name).objects:
+                    text = description(obj)
+                    known = None if text is None else self._kept.get(self._key(text))
+                    if known is not None:
+                        new = self._enriched(obj, known, model.name)
+                        if dict(new.properties) != dict(obj.properties):
+                            changed.append(new)
                 writer.objects(changed)
             if writer.revision is not None:
                 self.revisions[name] = writer.revision

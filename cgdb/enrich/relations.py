@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cgdb.enrich.calls import Pace, cost, each
+from cgdb.enrich.calls import Pace, Turn, cost, each
 from cgdb.enrich.kept import Kept, key_of
 from cgdb.enrich.overlaps import REACH, overlapping, spanning_forest
 from cgdb.enrich.prompts import (
@@ -156,7 +157,7 @@ class Relating:
             raise StoreError(f"{self._db.path} cannot be written, so nothing would be kept")
         model, batches = self._model, self._batches()
         done, total = 0, sum(map(len, batches))
-        for answered in each(model, batches, lambda batch, meter: _asked(model, batch, meter), self._pace):
+        for answered in each(model, batches, partial(_asked, model), self._pace):
             self.usage = self.usage + answered.usage
             said = answered.answer or {}
             for i, task in enumerate(answered.item):
@@ -200,14 +201,24 @@ class Relating:
         return batches
 
     def _write(self, scene: str, model: Model) -> None:
-        there = self._db.scene(scene, features=False, clouds=False).relations
+        message = f"relations from {clean(model.name, 100)}"
+        with self._db.write(scene, kind="relate", on_existing="merge", message=message) as writer:
+            # Read while nobody else can write: what is gone since has no relations.
+            now = self._db.scene(scene, features=False, clouds=False)
+            writer.relations(self._new(now))
+        if writer.revision is not None:
+            self.revisions[scene] = writer.revision
+
+    def _new(self, scene: SceneGraph) -> list[Relation]:
+        """What was said of the scene's pairs, and the relations from geometry that it contradicts, marked."""
+        there = {obj.id for obj in scene.objects}
         geometry: dict[frozenset[ObjectId], list[Relation]] = {}
-        for relation in there:
+        for relation in scene.relations:
             if relation.origin == "geometry":
                 geometry.setdefault(frozenset((relation.source, relation.target)), []).append(relation)
         new: dict[tuple[ObjectId, ObjectId, str, str], Relation] = {}
         for task in self._tasks:
-            said = self._kept.get(task.key) if task.scene == scene else None
+            said = self._kept.get(task.key) if task.scene == scene.name and {task.a, task.b} <= there else None
             if said is None or said.label is None:
                 continue
             source, target = (task.b, task.a) if said.turned else (task.a, task.b)
@@ -226,16 +237,8 @@ class Relating:
                 for other in against:
                     new[_key(other)] = _marked(other, relation)
             new[_key(relation)] = relation
-        before = {_key(relation): relation for relation in there}
-        changed = [relation for key, relation in new.items() if before.get(key) != relation]
         self.related += sum(relation.origin == ORIGIN for relation in new.values())
-        if not changed:
-            return
-        message = f"relations from {clean(model.name, 100)}"
-        with self._db.write(scene, kind="relate", on_existing="merge", message=message) as writer:
-            writer.relations(changed)
-        if writer.revision is not None:
-            self.revisions[scene] = writer.revision
+        return list(new.values())
 
 
 def contradict(one: Relation, other: Relation) -> bool:
@@ -267,17 +270,26 @@ def checked(item: Mapping[str, Any]) -> Said | None:
     return replace(said, label=label, turned=turned)
 
 
-def _asked(model: Model, batch: Sequence[_Task], meter: Meter) -> dict[int, Said]:
+def _asked(model: Model, batch: Sequence[_Task], meter: Meter, turn: Turn) -> dict[int, Said]:
     """What the model says of each pair of a batch, by position. What a batch leaves out is asked for alone, once."""
     said = _answers(model, batch, meter)
     if len(batch) > 1:
         for i in range(len(batch)):
-            alone = {} if i in said else _answers(model, batch[i : i + 1], meter)
-            if alone:
-                said[i] = alone[0]
+            if i not in said:
+                turn()
+                if alone := _alone(model, batch[i], meter):
+                    said[i] = alone[0]
     if not said:
         raise ModelError("the model says nothing of the pairs that it was asked about")
     return said
+
+
+def _alone(model: Model, task: _Task, meter: Meter) -> dict[int, Said]:
+    own = model.meter()  # the deadline is that of one question, and waiting for a turn is none of it
+    try:
+        return _answers(model, [task], own)
+    finally:
+        meter.add(own.usage)
 
 
 def _answers(model: Model, batch: Sequence[_Task], meter: Meter) -> dict[int, Said]:
@@ -325,7 +337,7 @@ def _metres(values: Any) -> list[float]:
 
 def _marked(relation: Relation, against: Relation) -> Relation:
     """The relation with the one that it contradicts in its explanation; said once, however often it is run."""
-    own = (relation.explanation or "").partition(f"{MARK} ")[0].rstrip(" ;")
+    own = (relation.explanation or "").partition(f"{MARK} #")[0].rstrip(" ;")
     what = f"{MARK} #{against.source} {against.label} #{against.target} ({against.origin}, {against.confidence:.2f})"
     return replace(relation, explanation=f"{own}; {what}" if own else what)
 

@@ -7,6 +7,7 @@ is what the thing most looks like: a tag without a language model. What a map or
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -160,28 +161,30 @@ class Tagging:
     # -- objects ------------------------------------------------------------------------------------------------
 
     def _tag(self, name: str, spaces: Mapping[str, Encoder], write: bool) -> Iterator[Step]:
-        scene = self._db.scene(name)
         changed: list[SceneObject] = []
-        free = [obj for obj in scene.objects if self._replace or obj.tag is None or _is_ours(obj)]
         seen = 0
-        for start in range(0, len(free), OBJECTS):
-            some = free[start : start + OBJECTS]
-            left = some
-            for space, encoder in spaces.items():
-                these = [obj for obj in left if space in obj.features]
-                left = [obj for obj in left if space not in obj.features]
-                if these:
-                    seen += len(these)
-                    made = self._tagged(these, space, encoder)
-                    changed += [new for old, new in zip(these, made, strict=True) if _said(new) != _said(old)]
-            yield Step(what=f"tagging {name}", done=start + len(some), total=len(free))
-        revision = None
-        if changed and write:
-            with self._db.write(
-                name, kind="tag", on_existing="merge", message=f"tags from {len(self.names):,} names"
-            ) as writer:
+        message = f"tags from {len(self.names):,} names"
+        writing = self._db.write(name, kind="tag", on_existing="merge", message=message) if write else nullcontext()
+        with writing as writer:
+            # Read while nobody else can write: what a mapper that runs beside has added since is not undone.
+            scene = self._db.scene(name)
+            free = [obj for obj in scene.objects if self._replace or obj.tag is None or _is_ours(obj)]
+            for start in range(0, len(free), OBJECTS):
+                some = free[start : start + OBJECTS]
+                left = some
+                for space, encoder in spaces.items():
+                    # To a vector without a length every name is as near as any other.
+                    these = [obj for obj in left if space in obj.features and obj.features[space].any()]
+                    taken = {obj.id for obj in these}
+                    left = [obj for obj in left if obj.id not in taken]
+                    if these:
+                        seen += len(these)
+                        made = self._tagged(these, space, encoder)
+                        changed += [new for old, new in zip(these, made, strict=True) if _said(new) != _said(old)]
+                yield Step(what=f"tagging {name}", done=start + len(some), total=len(free))
+            if writer is not None:
                 writer.objects(changed)
-            revision = writer.revision
+        revision = None if writer is None else writer.revision
         report = SceneTags(
             scene=name,
             objects=len(scene.objects),

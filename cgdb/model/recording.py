@@ -8,6 +8,7 @@ their recording.
 from __future__ import annotations
 
 import json
+import threading
 from collections import deque
 from collections.abc import Mapping
 from hashlib import sha256
@@ -31,6 +32,7 @@ class Recorder:
     def __init__(self, transport: Transport, path: Path, settings: Settings) -> None:
         self._transport = transport
         self._path = path
+        self._lock = threading.Lock()  # several threads may ask at a time
         try:
             new = not path.exists() or path.stat().st_size == 0
             with path.open("a", encoding="utf-8") as file:
@@ -52,8 +54,13 @@ class Recorder:
 
     def _write(self, path: str, body: Mapping[str, Any] | None, reply: Mapping[str, Any]) -> None:
         line = {"request": request_hash(path, body), "path": path, "body": body, **reply}
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line, ensure_ascii=False) + "\n")
+        text = json.dumps(line, ensure_ascii=False) + "\n"
+        try:
+            # Half a surrogate pair, which UTF-8 does not have, becomes \\udXXX: what JSON writes for it, too.
+            with self._lock, self._path.open("a", encoding="utf-8", errors="backslashreplace") as file:
+                file.write(text)
+        except OSError as error:
+            raise UsageError(f"{self._path} cannot be written: {error.strerror or error}") from None
 
 
 class Player:
@@ -62,6 +69,7 @@ class Player:
     def __init__(self, path: Path) -> None:
         """UsageError where the file is no recording."""
         self._path = path
+        self._lock = threading.Lock()
         self._replies: dict[str, deque[Mapping[str, Any]]] = {}
         try:
             with path.open(encoding="utf-8") as file:
@@ -93,7 +101,8 @@ class Player:
                 f"{self._path.name} has no reply to this request",
                 hint="another question, map or version of cgdb asks otherwise: record it anew",
             )
-        reply = replies.popleft() if len(replies) > 1 else replies[0]
+        with self._lock:
+            reply = replies.popleft() if len(replies) > 1 else replies[0]
         if "unreachable" in reply or not isinstance(reply.get("text"), str):
             raise Unreachable(str(reply.get("unreachable", "the recorded reply is damaged")))
         retry = reply.get("retry_after")

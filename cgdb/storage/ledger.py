@@ -368,7 +368,7 @@ def _resolve(connection: Connection, as_of: int | str | datetime | None) -> int:
     last = history.latest(connection)
     if as_of is None:
         return last
-    if isinstance(as_of, str) and as_of.isascii() and as_of.isdigit():
+    if isinstance(as_of, str) and as_of.isascii() and as_of.isdigit() and len(as_of) < 19:
         as_of = int(as_of)
     if isinstance(as_of, int):
         if not 1 <= as_of <= last:

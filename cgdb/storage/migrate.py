@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sqlalchemy import Connection, Table, update
 
+from cgdb.errors import VersionError
 from cgdb.storage import schema, sqlite
 
 
@@ -16,9 +17,17 @@ def there(connection: Connection, table: Table) -> bool:
 
 
 def upgrade(connection: Connection) -> None:
-    """Within a transaction that writes: add the tables that came since, and note the format in both its places."""
+    """Within a transaction that writes: add the tables that came since, and note the format in both its places.
+
+    VersionError where a newer cgdb has brought the store to its own format since it was opened here.
+    """
     noted = sqlite.user_version(connection)
-    if noted >= schema.FORMAT:
+    if noted > schema.FORMAT:
+        raise VersionError(
+            f"a newer cgdb has brought the store to format {noted}; this one knows formats up to {schema.FORMAT}",
+            hint="pip install --upgrade cgdb",
+        )
+    if noted == schema.FORMAT:
         return
     for since, tables in schema.ADDED.items():
         for table in tables if since > noted else ():

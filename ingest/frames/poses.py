@@ -166,11 +166,6 @@ def open3d_intrinsics(value: object, where: str) -> tuple[Matrix, tuple[int, int
     if isinstance(value, dict):
         listed, width, height = value.get("intrinsic_matrix"), value.get("width"), value.get("height")
         good = isinstance(listed, list) and len(listed) == 9 and all(isinstance(v, (int, float)) for v in listed)
-        if (
-            good
-            and isinstance(width, int)
-            and isinstance(height, int)
-            and 0 < min(width, height) <= max(width, height) < 1e6
-        ):
+        if good and all(isinstance(side, int) and 0 < side < 1e6 for side in (width, height)):
             return column_major(listed, 3, where), (width, height)
     raise FormatError(f"{where}: must hold width, height and an intrinsic_matrix of 9 numbers")
