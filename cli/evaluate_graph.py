@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from shutil import rmtree
 from typing import TYPE_CHECKING, Any
 
 from cgdb.cli.evaluate_scenes import Chosen, chosen, mean, paired, say, share, table, write_json
@@ -13,10 +14,12 @@ from cgdb.errors import UsageError
 
 if TYPE_CHECKING:
     from cgdb.ingest.evaluation.graph import EdgeCount, GraphScore
-    from cgdb.ingest.evaluation.sheets import SceneVerdict
-    from cgdb.scene import Relation
+    from cgdb.ingest.evaluation.sheets import Looks, SceneVerdict
+    from cgdb.scene import ObjectId, Relation, SceneGraph
 
 COLUMNS = ("scene", "nodes", "node p.", "valid", "dupl.", "edges", "edge p.")
+MOST_PICTURES = 4
+"""Of an object on a sheet: what is shown is then seen at a glance."""
 
 
 def graph(options: Namespace) -> int:
@@ -151,6 +154,8 @@ def _edges(count: EdgeCount) -> dict[str, Any]:
 
 
 def _write_sheet(scenes: Sequence[Chosen], options: Namespace) -> int:
+    from cgdb.export import write_whole
+    from cgdb.ingest.evaluation import sheet_page
     from cgdb.ingest.evaluation.graph import same_labels
     from cgdb.ingest.evaluation.sheets import sheet
 
@@ -166,20 +171,63 @@ def _write_sheet(scenes: Sequence[Chosen], options: Namespace) -> int:
             and relation.confidence >= options.min_confidence
         )
 
-    text = sheet([one.read(clouds=False) for one in scenes], counts)
-    try:
-        with Path(options.sheet).open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
+    form = Path(options.sheet)
+    page, folder = form.with_name(f"{form.stem}.html"), form.with_name(f"{form.stem}_pictures")
+    if page == form:
         raise UsageError(
-            f"{options.sheet} is there already", hint="it may hold somebody's answers: name another"
-        ) from None
-    except OSError as error:
-        raise UsageError(f"{options.sheet} cannot be written: {error.strerror or error}") from None
+            "--sheet names the form, which is JSON; a page to judge in is written beside", hint="FILE.json"
+        )
+    for path in (form, page, folder):
+        if path.exists():
+            raise UsageError(f"{path} is there already", hint="it may hold somebody's answers: name another")
+    graphs = [one.read(clouds=False) for one in scenes]
+    try:
+        looks = {
+            (graph.name, id): seen
+            for one, graph in zip(scenes, graphs, strict=True)
+            for id, seen in _pictures(one, graph, folder)
+        }
+        text = sheet(graphs, counts, looks)
+        names = [name for seen in looks.values() for name in seen.pictures]
+        write_whole(page, sheet_page.page(text, ((name, (form.parent / name).read_bytes()) for name in names)))
+        # Last: where it is, all of it is.
+        write_whole(form, [text])
+    except BaseException as error:
+        rmtree(folder, ignore_errors=True)
+        page.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise UsageError(f"{folder} cannot be written: {error.strerror or error}") from None
+        raise
     nodes, edges = text.count('"label_right": null'), text.count('"right": null')
-    say(f"{options.sheet}: {nodes} nodes and {edges} edges to judge", options.quiet)
-    say("give a copy to each person, then: cgdb eval graph STORE --verdicts COPY COPY ...", options.quiet)
+    say(f"{form}: {nodes} nodes and {edges} edges to judge, {len(names)} pictures", options.quiet)
+    say(
+        f"each person opens {page.name} and saves a form, or fills in a copy of {form.name}; then: cgdb eval graph "
+        "STORE --verdicts COPY COPY ...",
+        options.quiet,
+    )
     return 0
+
+
+def _pictures(one: Chosen, graph: SceneGraph, folder: Path) -> Iterator[tuple[ObjectId, Looks]]:
+    """The best views of each node, their pictures written to the folder."""
+    import cgdb
+    from cgdb.cli.views import ENDINGS, file_name
+    from cgdb.export import write_whole
+    from cgdb.ingest.evaluation.graph import nodes_of
+    from cgdb.ingest.evaluation.sheets import Looks
+    from cgdb.scene import image_type
+
+    with cgdb.open(one.store, text_encoder=None) as db:
+        for obj in nodes_of(graph):
+            views, names = db.views(obj.id, scene=one.scene)[:MOST_PICTURES], []
+            for rank, view in enumerate(views, start=1):
+                if view.image is not None:
+                    folder.mkdir(parents=True, exist_ok=True)
+                    ending = ENDINGS[image_type(view.image) or "image/jpeg"]
+                    name = f"{folder.name}/{file_name(one.scene)}-{file_name(obj.id)}-{rank}{ending}"
+                    write_whole(folder.parent / name, [view.image])
+                    names.append(name)
+            yield obj.id, Looks(frames=tuple(view.frame for view in views), pictures=tuple(names))
 
 
 def _score_sheets(scenes: Sequence[Chosen], options: Namespace) -> int:

@@ -28,8 +28,9 @@ the truth, a JSON file, or any map that cgdb import reads, taken for the truth:
    "relations": [{"source": 3, "label": "on", "target": 1}]}
 Boxes are in the map's frame, metres. Without boxes, ids are compared.
 A node is valid where it is an annotated object, right where it is called so
-too. Without a truth: --sheet writes a form, each person fills in a copy, and
---verdicts counts them; the majority decides."""
+too. Without a truth: --sheet form.json writes a form, form_pictures/ with the
+best views, and form.html, a page to judge in; each person saves a form of their
+own, and --verdicts counts them; the majority decides."""
 
 
 def add(evaluations: Any, command: Command) -> None:
@@ -110,7 +111,9 @@ def _graph(evaluations: Any, command: Command) -> None:
         "  cgdb eval graph house.cgdb --verdicts ann.json bob.json cem.json\n\n" + GRAPHS,
     )
     _common(graph, needed=False)
-    graph.add_argument("--sheet", metavar="FILE", help="write a form for people to fill in")
+    graph.add_argument(
+        "--sheet", metavar="FILE", help="write a form for people to fill in, and a page to do it in, with pictures"
+    )
     graph.add_argument("--verdicts", nargs="+", metavar="FILE", help="score filled-in forms")
     graph.add_argument(
         "--labels", metavar="LABELS", help="relations that count, with commas (the truth's; on,in for --sheet)"

@@ -59,7 +59,7 @@ def _write(found: list[tuple[ObjectId, int, View]], folder: Path) -> int:
     for object_id, rank, view in found:
         if view.image is not None:
             ending = ENDINGS[image_type(view.image) or "image/jpeg"]
-            write_whole(folder / f"{_file_name(object_id)}-{rank:02}-frame{view.frame:06}{ending}", [view.image])
+            write_whole(folder / f"{file_name(object_id)}-{rank:02}-frame{view.frame:06}{ending}", [view.image])
             written += 1
     without = len(found) - written
     note = f"; views without one: {without}" if without else ""
@@ -67,7 +67,7 @@ def _write(found: list[tuple[ObjectId, int, View]], folder: Path) -> int:
     return 0
 
 
-def _file_name(object_id: ObjectId) -> str:
+def file_name(object_id: ObjectId) -> str:
     """An id as part of a file's name: letters and digits stay, everything else is its number; long ones end in a digest
     of the whole, for two that begin alike are two."""
     name = "".join(c if c.isascii() and (c.isalnum() or c in "-.") else f"_{ord(c):x}" for c in str(object_id))

@@ -133,12 +133,12 @@ def evaluate_graph(
         for node in nodes
     )
     means = _meanings(same)
-    places = truth.places | {place.id for place in scene.places}
-    stands_for: dict[ObjectId, ObjectId] = {place: place for place in places}
+    places = frozenset(place.id for place in scene.places)
+    stands_for: dict[ObjectId, ObjectId] = {place: place for place in places & truth.places}
     stands_for |= {node: found[0] for node, found in shown.items()}
     wanted = {_label(label, means) for label in labels}
-    asked = {obj.id for obj in objects} | places
-    stated = (_edge(r, means, places) for r in truth.relations if {r.source, r.target} <= asked)
+    asked = {obj.id for obj in objects} | truth.places
+    stated = (_edge(r, means, truth.places) for r in truth.relations if {r.source, r.target} <= asked)
     true = {edge for edge in stated if not wanted or edge[1] in wanted}
     counted = wanted or {label for _, label, _ in true}
     edges: dict[Edge, Edge | None] = {}
@@ -195,14 +195,17 @@ def match(
     if not some or not others:
         return {}
     iou = box_iou(boxes_of(some), boxes_of(others), up)
-    called = np.array([[is_called(node, names) for names in map(_names, others)] for node in some], np.bool_)
-    rank: NDArray[np.float64] = np.where(iou >= least_iou, iou + called, -1.0)
-    first: dict[int, int] = {}
+    rank: NDArray[np.float64] = np.where(iou >= least_iou, iou, -1.0)
     rows, columns = np.nonzero(rank > 0)
+    for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+        rank[row, column] += is_called(some[row], _names(others[column]))
+    first: dict[int, int] = {}
+    taken: set[int] = set()
     for place in np.argsort(-rank[rows, columns], kind="stable").tolist():
         row, column = int(rows[place]), int(columns[place])
-        if row not in first and column not in first.values():
+        if row not in first and column not in taken:
             first[row] = column
+            taken.add(column)
     # What is left over is the same thing once more.
     shown = {int(row): first.get(int(row), int(rank[row].argmax())) for row in np.unique(rows)}
     return {some[row].id: (others[column].id, row in first) for row, column in shown.items()}

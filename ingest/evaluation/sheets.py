@@ -58,15 +58,31 @@ class SceneVerdict:
         return self.edges_right / self.edge_answers if self.edge_answers else None
 
 
-def sheet(scenes: Sequence[SceneGraph], counts: Callable[[Relation], bool]) -> str:
-    """The text of a sheet for these scenes. counts: which relations are asked about."""
-    parts = ",\n".join(_scene(scene, counts) for scene in scenes)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Looks:
+    """What there is to be looked at of an object: frames of the recording, and files with the object cut out of them.
+
+    Both best first; files by their names beside the sheet."""
+
+    frames: tuple[int, ...] = ()
+    pictures: tuple[str, ...] = ()
+
+
+def sheet(
+    scenes: Sequence[SceneGraph],
+    counts: Callable[[Relation], bool],
+    looks: Mapping[tuple[str, ObjectId], Looks] | None = None,
+) -> str:
+    """The text of a sheet for these scenes. counts: which relations are asked about. looks: by scene and object."""
+    parts = ",\n".join(_scene(scene, counts, looks or {}) for scene in scenes)
     return f'{{"format": "{FORMAT}",\n"how": {json.dumps(HOW)},\n"person": "",\n"scenes": [\n{parts}\n]}}\n'
 
 
-def _scene(scene: SceneGraph, counts: Callable[[Relation], bool]) -> str:
+def _scene(scene: SceneGraph, counts: Callable[[Relation], bool], looks: Mapping[tuple[str, ObjectId], Looks]) -> str:
     """A scene, a line for each question: people fill it in with an editor."""
     nodes = nodes_of(scene)
+    # Geometry and a model may state the same edge: people are asked once.
+    edges = {(r.source, r.label, r.target): r for r in scene.relations if counts(r)}
     named = {obj.id: _named(obj) for obj in nodes}
     listed: dict[str, list[dict[str, Any]]] = {
         "nodes": [
@@ -76,7 +92,7 @@ def _scene(scene: SceneGraph, counts: Callable[[Relation], bool]) -> str:
                 "caption": obj.caption,
                 "center": None if obj.center is None else [round(float(c), 2) for c in obj.center],
                 "extent": None if obj.extent is None else [round(float(c), 2) for c in obj.extent],
-                **_frames(obj),
+                **_looks(looks.get((scene.name, obj.id))),
                 **dict.fromkeys(QUESTIONS),
             }
             for obj in nodes
@@ -89,8 +105,8 @@ def _scene(scene: SceneGraph, counts: Callable[[Relation], bool]) -> str:
                 "says": f"{named[r.source]} {r.label.replace('_', ' ')} {named[r.target]}",
                 "right": None,
             }
-            for r in scene.relations
-            if r.source in named and r.target in named and counts(r)
+            for r in edges.values()
+            if r.source in named and r.target in named
         ],
     }
     lines = {
@@ -101,11 +117,13 @@ def _scene(scene: SceneGraph, counts: Callable[[Relation], bool]) -> str:
     return f' {{"scene": {name},\n "nodes": [\n{lines["nodes"]}\n ],\n "edges": [\n{lines["edges"]}\n ]}}'
 
 
-def _frames(obj: SceneObject) -> dict[str, list[int]]:
-    """The frames of its best views, to be looked at."""
-    frames = obj.properties.get("view_frames")
-    told = [int(frame) for frame in frames if isinstance(frame, float)] if isinstance(frames, tuple) else []
-    return {"frames": list(dict.fromkeys(told))} if told else {}
+def _looks(looks: Looks | None) -> dict[str, list[Any]]:
+    told: dict[str, list[Any]] = {}
+    if looks is not None and looks.frames:
+        told["frames"] = list(dict.fromkeys(looks.frames))
+    if looks is not None and looks.pictures:
+        told["pictures"] = list(looks.pictures)
+    return told
 
 
 def _named(obj: SceneObject) -> str:
@@ -124,6 +142,9 @@ def read_sheet(path: Path) -> dict[str, Any]:
             raise FormatError("has no list of scenes")
         for scene in value["scenes"]:
             _check_scene(scene)
+        names = [scene["scene"] for scene in value["scenes"]]
+        if len(set(names)) < len(names):
+            raise FormatError("speaks of a scene twice")
     except FileNotFoundError:
         raise UsageError(f"there is no sheet {path}") from None
     except OSError as error:
@@ -141,14 +162,20 @@ def _check_scene(scene: Any) -> None:
     for part, questions in (("nodes", QUESTIONS), ("edges", ("right",))):
         if not isinstance(scene.get(part), list):
             raise FormatError(f"{where} has no list of {part}")
+        seen: set[tuple[Any, ...]] = set()
         for place, record in enumerate(scene[part]):
             here = f"{where}, {part[:-1]} {place}"
             if not isinstance(record, dict):
                 raise FormatError(f"{here} must be an object with fields")
-            for key in ("id",) if part == "nodes" else ("source", "target"):
-                fields.node_id(record.get(key), here)
+            ends = [
+                fields.node_id(record.get(key), here) for key in (("id",) if part == "nodes" else ("source", "target"))
+            ]
             if part == "edges" and not isinstance(record.get("label"), str):
                 raise FormatError(f"{here} has no label")
+            known = (*ends, record.get("label") if part == "edges" else None)
+            if known in seen:  # a person has one vote
+                raise FormatError(f"{here} is in the list twice")
+            seen.add(known)
             for question in questions:
                 given = record.get(question)
                 if given is not None and not isinstance(given, bool):
