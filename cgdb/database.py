@@ -218,6 +218,13 @@ class Database:
         view, position = self._locate(object_id, scene, as_of)
         return self._ledger.views(view.info, int(view.columns.keys[position]))
 
+    def every_views(self, scene: str, *, as_of: AsOf = None) -> Iterator[tuple[ObjectId, tuple[View, ...]]]:
+        """The id and views of every object that has some, as from ``views``, a few in memory at a time."""
+        view = self.view(scene, as_of)
+        ids = dict(zip(view.columns.keys.tolist(), view.column("id").tolist(), strict=True))
+        for key, views in self._ledger.every_views(view.info):
+            yield ids[key], views
+
     def view(self, name: str, as_of: AsOf = None) -> SceneView:
         """A scene as queries see it: its catalog, columns and indexes."""
         return self._view(self._ledger.scene(name, as_of))

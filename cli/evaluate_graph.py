@@ -218,16 +218,19 @@ def _pictures(one: Chosen, graph: SceneGraph, folder: Path) -> Iterator[tuple[Ob
     from cgdb.scene import image_type
 
     with cgdb.open(one.store, text_encoder=None) as db:
-        for obj in nodes_of(graph):
-            views, names = db.views(obj.id, scene=one.scene)[:MOST_PICTURES], []
+        nodes = {obj.id for obj in nodes_of(graph)}
+        for id, every in db.every_views(one.scene):
+            if id not in nodes:
+                continue
+            views, names = every[:MOST_PICTURES], []
             for rank, view in enumerate(views, start=1):
                 if view.image is not None:
-                    folder.mkdir(parents=True, exist_ok=True)
+                    folder.mkdir(exist_ok=True)
                     ending = ENDINGS[image_type(view.image) or "image/jpeg"]
-                    name = f"{folder.name}/{file_name(one.scene)}-{file_name(obj.id)}-{rank}{ending}"
+                    name = f"{folder.name}/{file_name(one.scene)}-{file_name(id)}-{rank}{ending}"
                     write_whole(folder.parent / name, [view.image])
                     names.append(name)
-            yield obj.id, Looks(frames=tuple(view.frame for view in views), pictures=tuple(names))
+            yield id, Looks(frames=tuple(view.frame for view in views), pictures=tuple(names))
 
 
 def _score_sheets(scenes: Sequence[Chosen], options: Namespace) -> int:

@@ -27,7 +27,7 @@ def mapping(options: Namespace) -> int:
     """Score the objects of each scene against the true ones."""
     from cgdb.ingest.evaluation.mapping import evaluate, truth_of
 
-    if options.seen < 0 or options.reach <= 0 or options.near <= 0:
+    if options.seen < 0 or not (_metres(options.reach) and _metres(options.near)):
         raise UsageError("--reach and --near are metres above 0, --seen at least 0")
     scores: list[tuple[str, Score]] = []
     for one, path in paired(chosen(options.stores, options.scene), options.truth):
@@ -52,6 +52,11 @@ def mapping(options: Namespace) -> int:
     for name, scored in scores:
         _per_object(name, scored, options.objects)
     return 0
+
+
+def _metres(length: float) -> bool:
+    """Whether it is one that points can lie apart; NaN is none."""
+    return 1e-6 <= length <= 1e6
 
 
 def _figures(one: Score) -> dict[str, Any]:
@@ -116,7 +121,7 @@ def semseg(options: Namespace) -> int:
     """Score the classes of points, as the paper's Table II."""
     from cgdb.ingest.evaluation.semseg import score, summed
 
-    if options.within is not None and options.within <= 0:
+    if options.within is not None and not _metres(options.within):
         raise UsageError("--within is metres above 0")
     if "{c}" not in options.template:
         raise UsageError("--template must hold {c}, where the class goes", hint="'an image of {c}'")

@@ -136,7 +136,7 @@ def export(options: Namespace) -> int:
         chosen = {
             option: value
             for option in ("decimals", "max_tokens", "max_points", "relations")
-            if (value := getattr(options, option)) not in (None, False)
+            if (value := getattr(options, option)) is not None and value is not False
         }
         if options.output == "-":
             scene = db.scene(

@@ -194,6 +194,8 @@ def test_people_fill_in_a_sheet(stores: tuple[str, str], tmp_path: Path, capsys:
         (("mapping", "GOOD", "--scene", "god", "--truth", "x"), 2, "did you mean 'good'"),
         (("mapping", "nowhere.cgdb", "--truth", "x"), 6, "nowhere.cgdb"),
         (("mapping", "GOOD", "--truth", "TRUTHS", "--reach", "0"), 2, "above 0"),
+        (("mapping", "GOOD", "--truth", "TRUTHS", "--reach", "nan"), 2, "above 0"),
+        (("semseg", "GOOD", "--truth", "TRUTHS", "--within", "nan"), 2, "above 0"),
         (("mapping", "GOOD", "--truth", "TRUTHS", "--align", "TRUTHS/good.npz"), 5, "holds no pose"),
         (("mapping", "GOOD", "--truth", "TRUTHS", "--names", "none.json"), 2, "no file none.json"),
         (("semseg", "GOOD", "--truth", "TRUTHS"), 2, "does not say which encoder"),

@@ -48,3 +48,9 @@ def test_nothing_is_far_from_everything() -> None:
 def test_clouds_that_are_worlds_apart_are_refused_not_miscounted() -> None:
     with pytest.raises(SceneError, match="too far"):
         nearest(np.full((1, 3), 9e6, np.float32), np.zeros((1, 3), np.float32), 1e-3)
+
+
+@pytest.mark.parametrize("reach", [1e-300, float("nan")])
+def test_a_reach_without_cells_is_told(reach: float) -> None:
+    with pytest.raises(SceneError, match="too far to be compared"):
+        nearest(np.zeros((2, 3), np.float32), np.ones((2, 3), np.float32), reach)

@@ -278,6 +278,21 @@ def test_pictures_are_read_for_the_formats_that_hold_them(
     assert bool(read) == (form == "cgdb")
 
 
+def test_all_views_in_one_pass(db: cgdb.Database) -> None:
+    add(db, *(seen(i, *(view(j) for j in range(i % 12))) for i in range(1, 40)))
+    found = dict(db.every_views("lab"))
+    assert list(found) == [i for i in range(1, 40) if i % 12]
+    assert all(same(views, db.views(i)) for i, views in found.items())
+
+
+def test_a_wrong_number_of_points_is_not_passed_over(
+    db: cgdb.Database, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    add(db, SceneObject(id=1, center=np.zeros(3)))
+    assert main(["export", str(db.path), "-o", str(tmp_path / "a.ply"), "--max-points", "0"]) == 2
+    assert "max_points" in capsys.readouterr().err
+
+
 def test_long_ids_that_begin_alike_are_two_files(
     db: cgdb.Database, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

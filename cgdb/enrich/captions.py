@@ -31,7 +31,7 @@ from cgdb.errors import StoreError, UsageError
 from cgdb.model.llm import Message, Meter, Model, ModelError, Usage, estimated_tokens
 from cgdb.model.llm_json import ask_json
 from cgdb.model.prompts import clean
-from cgdb.scene import PropertyValue, SceneObject
+from cgdb.scene import PropertyValue, SceneObject, View
 
 if TYPE_CHECKING:
     from cgdb.database import Database
@@ -168,21 +168,27 @@ class Captioning:
     # -- asking -------------------------------------------------------------------------------------------------
 
     def _tasks_of(self, scene: str) -> Iterator[_Task]:
+        # In one pass: to look for the views of each object costs a reading of all of them for every one without.
+        seen = {
+            id: [sha256(image).hexdigest()[:16] for image in self._shown(views)]
+            for id, views in self._db.every_views(scene)
+        }
         for obj in self._db.scene(scene, features=False, clouds=False).objects:
             self._objects += 1
             if obj.properties.get("background") is True or (obj.caption and not self._again and not _ours(obj)):
                 continue
-            images = self._images(scene, obj.id)
-            if not images:
+            shown = seen.get(obj.id)
+            if not shown:
                 self._bare += 1
                 continue
             detected = _detected(obj)
-            shown = [sha256(image).hexdigest()[:16] for image in images]
             key = key_of(VERSION, self._model_name(), self._at_once, shown, detected)
-            yield _Task(scene=scene, id=obj.id, n=len(images), detected=detected, key=key)
+            yield _Task(scene=scene, id=obj.id, n=len(shown), detected=detected, key=key)
 
     def _images(self, scene: str, id: int | str) -> tuple[bytes, ...]:
-        views = self._db.views(id, scene=scene)
+        return self._shown(self._db.views(id, scene=scene))
+
+    def _shown(self, views: Sequence[View]) -> tuple[bytes, ...]:
         return tuple(view.image for view in views if view.image is not None)[: self._views]
 
     def _model_name(self) -> str:

@@ -12,6 +12,8 @@ import os
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Self
 
@@ -171,6 +173,11 @@ class Ledger:
     def views(self, info: SceneInfo, key: int) -> tuple[View, ...]:
         """Where a node was seen, best first."""
         return reader.views_of(self._reading, info, self._sound, key)
+
+    def every_views(self, info: SceneInfo) -> Iterator[tuple[int, tuple[View, ...]]]:
+        """The keys and views of all nodes that have some, by key, a few in memory at a time."""
+        for key, found in groupby(reader.views(self._reading, info), key=itemgetter(0)):
+            yield key, tuple(view for _, view in found)
 
     def changes(self, scene_id: int, a: int, b: int) -> Changes:
         """What turns a scene at revision a into the same scene at revision b."""

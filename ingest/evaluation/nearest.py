@@ -47,11 +47,11 @@ def nearest(points: Points, among: Points, reach: float | None = None) -> tuple[
 def _within(points: Points, among: Points, reach: float, distance: NDArray[np.float32], index: Indices) -> None:
     """Fill in distance and index."""
     low = np.minimum(points.min(axis=0), among.min(axis=0)) - 2 * reach
-    side = np.floor((np.maximum(points.max(axis=0), among.max(axis=0)) - low) / reach).astype(np.int64) + 2
-    if float(np.prod(side.astype(np.float64))) > 2.0**62:
-        raise SceneError(
-            f"the clouds reach over {float((side * reach).max()):.3g} m: too far to be compared at {reach} m"
-        )
+    span = np.maximum(points.max(axis=0), among.max(axis=0)).astype(np.float64) - low
+    # In floats: what is too much for the keys of cells is too much for their numbers, too.
+    if not float(np.log2(np.floor(span / reach) + 2).sum()) <= 62:
+        raise SceneError(f"the clouds reach over {float(span.max()):.3g} m: too far to be compared at {reach} m")
+    side = np.floor(span / reach).astype(np.int64) + 2
     cells = np.floor((among - low) / reach).astype(np.int64)
     key = (cells[:, 0] * side[1] + cells[:, 1]) * side[2] + cells[:, 2]
     order = np.argsort(key, kind="stable")
