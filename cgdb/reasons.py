@@ -109,7 +109,8 @@ def _leaves(item: object) -> list[object]:
 def _evidence_text(explained: Mapping[str, Any]) -> str:
     parts = explained.get("evidence", {})
     inside = ", ".join(f"{name} {value}" for name, value in parts.items())
-    return f"{explained['degree']:.2f}" + (f" from {inside}" if inside else "")
+    told = "".join(f"; {said}" for said in explained.get("told", ()))
+    return f"{explained['degree']:.2f}" + (f" from {inside}" if inside else "") + told
 
 
 def meaning_text(meaning: Meaning) -> str:

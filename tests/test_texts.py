@@ -45,7 +45,7 @@ def test_sources() -> None:
         (Source.TAGS, "lampshade"),
     ]
     assert (Source.PROPERTY, "sit on") in texts_of(NODES[1])
-    assert (Source.PROPERTY, "oak") in texts_of(NODES[1])
+    assert (Source.QUALITY, "oak") in texts_of(NODES[1])
     assert texts_of(NODES[2]) == [(Source.NAME, "kitchen"), (Source.NAME, "Room")]
     assert texts_of(NODES[3]) == []
 

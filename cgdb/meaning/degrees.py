@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from cgdb.bindings import EdgeColumn, Positions
 from cgdb.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.errors import BindError, CgdbError, EncoderError
-from cgdb.meaning import background, scoring
+from cgdb.meaning import background, scoring, told
 from cgdb.meaning.embed import Encoder
 from cgdb.meaning.encoders import Encoders
 from cgdb.meaning.image_features import Space
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.stated import telling
 from cgdb.meaning.texts import TextIndex
 from cgdb.meaning.words import head_phrase
 from cgdb.scene import FeatureSpace
@@ -72,8 +74,17 @@ class Degrees:
             self._encoders.questions(encoder, [*texts, *heads])
 
     def explain(self, meaning: Meaning, position: int) -> Mapping[str, Any]:
-        """Which evidence said what of one node."""
-        return self._scorer_now().explain(self.evidence(meaning), int(self._view.columns.keys[position]))
+        """Which evidence said what of one node, and what its properties tell of what was asked."""
+        evidence, scorer = self.evidence(meaning), self._scorer_now()
+        why = scorer.explain(evidence, int(self._view.columns.keys[position]))
+        if evidence.asks is not None and scorer.tells:
+            row = self._view.rows(np.asarray([position]))[position]
+            use = why.get("use")
+            traits = telling(knowledge(), evidence.asks.traits)
+            said = told.reasons(row.properties, traits, use if isinstance(use, str) else None)
+            if said:
+                why["told"] = said
+        return why
 
     def evidence(self, meaning: Meaning) -> scoring.Evidence:
         """The degrees of all nodes for a meaning, with what each evidence said; remembered."""

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.meaning import everyday
-from cgdb.meaning.contrast import log_odds, probability
 from cgdb.meaning.facets import Facets, facets
 from cgdb.meaning.lexicon import (
     ADJECTIVES,
@@ -31,9 +30,6 @@ from cgdb.meaning.uses import Frame, Matches, Uses, noun_runs
 from cgdb.meaning.words import singular, stem, stemmed
 
 Floats = NDArray[np.float32]
-
-STATED = 0.75
-"""Share of what is stated in a degree that what is usual has a say in."""
 
 _SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
 
@@ -203,13 +199,17 @@ class Knowledge:
 
     def use_matches(self, asked: Frame) -> Matches:
         """How each use (u) goes with what is asked, by their words."""
+        return self.doing.matches(asked, self.kin(asked))
+
+    def kin(self, asked: Frame) -> dict[str, frozenset[str]]:
+        """The words for the kinds that the objects of a use are of ("food" for "egg"), as stems."""
         kin: dict[str, frozenset[str]] = {}
         for run in noun_runs(asked.object_words):
             start = self.name_start(run)
             if start >= 0:
                 kinds = np.flatnonzero(self.is_a[list(self.thing_by_name[run[start:]])].any(axis=0))
                 kin[stem(run[-1])] = frozenset(stem(self.names[i].split()[-1]) for i in kinds.tolist())
-        return self.doing.matches(asked, kin)
+        return kin
 
     def best_use(self, values: Floats, inherited: float = 0.0) -> Floats:
         """(m,) the largest of the values (u,) of each thing's uses; -inf for a thing without uses.
@@ -221,25 +221,6 @@ class Knowledge:
         use, thing, distance = self.use_of.T
         np.maximum.at(best, thing, values[use] - np.float32(inherited) * distance.astype(np.float32))
         return best
-
-    def trait_degrees(self, trait: int, masks: NDArray[np.uint64], which: NDArray[np.int64], usual: Floats) -> Floats:
-        """(n,) degree of rows to have a trait, by what the map states of them and what is usual for their things.
-
-        masks[which]: (n,) the stated traits; there are few different ones. usual: (n,) NaN where nothing is known. What
-        is stated of the trait itself decides; what is relative to the thing (a heavy book weighs less than a bed) or
-        only follows from what is stated (glass breaks) leans on what is usual.
-        """
-        firm = np.full(len(masks), np.nan, dtype=np.float32)
-        leaning = firm.copy()
-        relative = any(trait in scale for scale in self.scales if self.traits[scale[0]] in everyday.RELATIVE)
-        for other in np.flatnonzero(np.isfinite(self.alike[trait])).tolist():
-            says = masks & np.uint64(1 << other) != 0
-            into = leaning if relative or self.follows[trait, other] else firm
-            into[says] = np.fmax(into[says], self.alike[trait, other])
-        told, follows = firm[which], leaning[which]
-        pooled = probability(STATED * log_odds(follows) + (1 - STATED) * log_odds(usual))
-        guessed = np.where(np.isfinite(pooled), pooled, np.where(np.isfinite(follows), follows, usual))
-        return np.where(np.isfinite(told), told, guessed)
 
 
 _HUMP = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")

@@ -29,8 +29,11 @@ from cgdb.meaning.grading import Grades
 from cgdb.meaning.image_features import Images, Space
 from cgdb.meaning.knowledge import Knowledge, knowledge
 from cgdb.meaning.row_lists import Lists
+from cgdb.meaning.stated import Stated, trait_degrees
 from cgdb.meaning.texts import Source, TextIndex
+from cgdb.meaning.told_uses import ToldUses, believed
 from cgdb.meaning.traits import MOSTLY, UNKNOWN
+from cgdb.meaning.uses import Matches
 from cgdb.meaning.words import head_phrase, query_words
 
 Floats = NDArray[np.float32]
@@ -47,7 +50,7 @@ WORDS_LINE = 0.5
 
 _GROUPS: Mapping[str, tuple[Source, ...]] = {
     "name": (Source.NAME, Source.HEAD),
-    "caption": (Source.CAPTION, Source.PROPERTY),
+    "caption": (Source.CAPTION, Source.PROPERTY, Source.QUALITY, Source.USE),
 }
 """The evidences that sentence embeddings give, and the sources of the texts behind them."""
 
@@ -84,7 +87,8 @@ class Meaning:
 class Evidence:
     """keys (n,) int64; degree (n,) float32, all evidence together; parts: {evidence: (n,) float32, NaN = has none}.
 
-    asks: what the text was understood to ask; None where the meaning has no text.
+    asks: what the text was understood to ask; None where the meaning has no text. uses: (2v,) how well the uses that
+    the scene tells serve it; None where that is not asked.
     """
 
     keys: NDArray[np.int64]
@@ -92,6 +96,7 @@ class Evidence:
     parts: Mapping[str, Floats]
     meaning: Meaning
     asks: Facets | None
+    uses: Floats | None = None
 
     def of(self, key: int) -> float:
         """The degree of one object; 0 for a key that is not among the keys."""
@@ -103,16 +108,17 @@ class Evidence:
 class _View:
     """The rows that a question is asked of: all of the scene, or the few that a plan has left.
 
-    masks[stated]: (n,) the traits that the map states of each row, as bits; told: (n,) whether it has any text.
+    stated: the traits that the map states of each row; told: (n,) whether it has any text. uses: those that the map
+    tells, where it does.
     """
 
     rows: Rows | None
     keys: NDArray[np.int64]
     texts: Mapping[str, Lists]
     things: Lists
-    masks: NDArray[np.uint64]
-    stated: NDArray[np.int64]
+    stated: Stated
     told: NDArray[np.bool_]
+    uses: Lists | None
 
 
 class Scorer:
@@ -147,16 +153,21 @@ class Scorer:
             texts[name] = Lists.of(n, rows[chosen], index.text_ids[chosen])
         captions = texts["caption"].ids
         self._shared = np.unique(captions[captions < index.n_names])
-        masks, stated = np.unique(index.facts.stated, return_inverse=True)
+        self._uses = ToldUses.of(index)
         self._all = _View(
             rows=None,
             keys=index.keys,
             texts=texts,
             things=self._things(),
-            masks=masks,
-            stated=stated,
+            stated=Stated.of(index.facts.stated, index.facts.told, index.facts.noted),
             told=np.diff(index.indptr) > 0,
+            uses=None if self._uses is None else self._uses.lists,
         )
+
+    @property
+    def tells(self) -> bool:
+        """Whether properties of the scene tell of traits or uses."""
+        return self._uses is not None or not self._all.stated.plain
 
     def degrees(self, meaning: Meaning, keys: NDArray[np.int64] | None = None) -> Evidence:
         """The degree of every object, or of those of ``keys`` (ascending; unknown ones are left out)."""
@@ -171,17 +182,23 @@ class Scorer:
             head = query if meaning.head is None else unit(meaning.head)
             names = None if self._background is None else self._background[: self._known.n_lines] @ head
             parts["name"] = self._text_part(view, "name", head, names)
+        uses: Floats | None = None
         if asks is not None:
-            parts["known"] = self._known_part(view, asks, background)
+            serves: tuple[Floats, float] | None = None
+            if asks.rest is not None and (background is not None or asks.form == "use"):
+                serves = self._use_degrees(asks, background)
+                if self._uses is not None and view.uses is not None and asks.form == "use":
+                    uses = self._told_uses(self._uses, asks, meaning, background, serves[1])
+                    parts["told"] = self._told_part(self._uses, view, uses, serves[0])
+            parts["known"] = self._known_part(view, asks, None if serves is None else serves[0], parts.get("told"))
             parts["words"] = self._words_part(view, meaning.text or "", asks)
         for name, vector in meaning.features.items():
             if name in self._images:
                 parts[f"image:{name}"] = self._calibrated(
                     "image", self._images[name].deviations(unit(vector), view.rows)
                 )
-        return Evidence(
-            keys=view.keys, degree=self._fused(view, parts, meaning, asks), parts=parts, meaning=meaning, asks=asks
-        )
+        degree = self._fused(view, parts, meaning, asks)
+        return Evidence(keys=view.keys, degree=degree, parts=parts, meaning=meaning, asks=asks, uses=uses)
 
     def explain(self, evidence: Evidence, key: int) -> dict[str, object]:
         """Which evidence said what of one object, and by which text: for the few rows that are shown."""
@@ -202,6 +219,11 @@ class Scorer:
             things = self._all.things.of_row(place)
             why["known_as"] = [self._known.names[i % len(self._known.names)] for i in things.tolist()]
             why["asked"] = self._known.describe(evidence.asks)
+        if evidence.uses is not None and self._uses is not None:
+            numbers = self._uses.lists.of_row(place)
+            if len(numbers) and float(evidence.uses[numbers].max()) >= 0.5:
+                best = int(numbers[int(evidence.uses[numbers].argmax())])
+                why["use"] = self.index.texts[int(self._uses.ids[best % len(self._uses.ids)])]
         return why
 
     def _things(self) -> Lists:
@@ -233,9 +255,9 @@ class Scorer:
             keys=self.keys[rows],
             texts={name: lists.only(rows) for name, lists in self._all.texts.items()},
             things=self._all.things.only(rows),
-            masks=self._all.masks,
-            stated=self._all.stated[rows],
+            stated=self._all.stated.only(rows),
             told=self._all.told[rows],
+            uses=None if self._all.uses is None else self._all.uses.only(rows),
         )
 
     def _text_part(self, view: _View, name: str, query: Floats, background: Floats | None) -> Floats:
@@ -270,12 +292,15 @@ class Scorer:
         words = self.index.words.degrees(text, without=asks.named)
         return np.where(view.told, words if view.rows is None else words[view.rows], np.float32(np.nan))
 
-    def _known_part(self, view: _View, asks: Facets, background: Floats | None) -> Floats:
-        """(n,) what common knowledge says: kind, traits and use asked for, multiplied; NaN where it says nothing."""
+    def _known_part(self, view: _View, asks: Facets, serves: Floats | None, told: Floats | None) -> Floats:
+        """(n,) what common knowledge says: kind, traits and use asked for, multiplied; NaN where it says nothing.
+
+        serves: (m,) how well each thing serves the use that is asked for. told: (n,) what the map says of that; it
+        knows its things better than what is usual for their kind.
+        """
         known = self._known
         part = np.full(len(view.keys), np.nan, dtype=np.float32)
         of_thing: Floats = np.ones(len(known.names), dtype=np.float32)
-        use = asks.rest is not None and (background is not None or asks.form == "use")
         if asks.kinds:
             of_thing = of_thing * known.kind_degrees(asks.kinds)
             called = self._of_things(view, of_thing)
@@ -283,15 +308,15 @@ class Scorer:
             said = self.index.words.degrees(" ".join(sorted(asks.named))) >= 0.5
             said = said if view.rows is None else said[view.rows]
             spoken = np.where(said & (called >= UNKNOWN), np.fmax(called, MOSTLY), called)
-        if use:
-            of_thing = of_thing * self._use_degrees(asks, background)
-        if use:
-            part = self._of_things(view, of_thing)
+        if serves is not None:
+            part = self._of_things(view, of_thing * serves)
+            if told is not None:
+                part = np.fmax(part, told)
         elif asks.kinds:
             part = np.asarray(spoken, dtype=np.float32)
         for trait in asks.traits:
             usual = self._of_things(view, self._usual(trait))
-            degree = known.trait_degrees(trait, view.masks, view.stated, usual)
+            degree = trait_degrees(known, trait, view.stated, usual)
             # What nobody tells is left out where it is all that is asked, and is even chance beside a kind or a use.
             untold = np.where(np.isfinite(degree), degree, np.float32(0.5))
             part = np.where(np.isfinite(part), part * untold, degree)
@@ -304,8 +329,8 @@ class Scorer:
             return degree
         return probability(log_odds(degree) + np.float32(self._calibration.grade) * self._grades.lean(trait))
 
-    def _use_degrees(self, asks: Facets, background: Floats | None) -> Floats:
-        """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name.
+    def _use_degrees(self, asks: Facets, background: Floats | None) -> tuple[Floats, float]:
+        """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name; the line.
 
         Without vectors, by the share of the question's words that the use has. What serves it much less than the best
         thing there is does not serve it: one can wipe a rug, but one sweeps with a broom.
@@ -313,26 +338,72 @@ class Scorer:
         known, calibration, doing = self._known, self._calibration, asks.doing
         match = None if doing is None else known.use_matches(doing)
         if background is None:
-            share = np.zeros(len(known.uses), np.float32) if match is None else match.cover * match.agreement
-            share = known.best_use(share)
+            has = np.zeros(len(known.uses), np.float32) if match is None else match.cover * match.agreement
+            share = known.best_use(np.asarray(has, dtype=np.float32))
             line = max(WORDS_LINE, self._calibration.rival * float(share.max(initial=0.0)))
-            return np.asarray(1.0 / (1.0 + np.exp(np.clip(-8.0 * (share - line), -30.0, 30.0))), dtype=np.float32)
+            return _by_words(share, line), line
         names, uses = background[: len(known.names)], background[len(known.names) :]
         if match is None:
             topic = self._against_best("topic", contrast(names, names[: known.n_lines]))
-            use = self._against_best("use", known.best_use(contrast(uses, uses)))
-            return topic if asks.form == "name" else np.maximum(topic, use)
-        z = contrast(uses, uses) + np.float32(calibration.cover) * match.cover
+            nearest = known.best_use(contrast(uses, uses))
+            use = self._against_best("use", nearest)
+            return topic if asks.form == "name" else np.maximum(topic, use), self._line("use", nearest)
+        z = self._deviations(contrast(uses, uses), match)
+        beside = np.maximum(known.best_use(match.circumstance), np.float32(0.0))
+        best = np.asarray(
+            known.best_use(z, calibration.inherited) + np.float32(calibration.beside) * beside, np.float32
+        )
+        return self._against_best("use", best), self._line("use", best)
+
+    def _told_uses(
+        self, told: ToldUses, asks: Facets, meaning: Meaning, background: Floats | None, line: float
+    ) -> Floats:
+        """(2v,) the degree to which each use that the scene tells serves what is asked.
+
+        line: that of common knowledge; what it knows to serve best is not outdone by a phrase that comes near.
+        """
+        match = told.matches(self._known, asks)
+        if match is None:
+            return believed(told.naming(asks.rest or ""))
+        share = np.asarray(match.cover * match.agreement, dtype=np.float32)
+        degree = _by_words(share, line if background is None else WORDS_LINE)
+        if background is not None and meaning.vector is not None and self._embeddings is not None:
+            uses = background[len(self._known.names) :]
+            z = self._deviations(contrast(self._embeddings[told.ids] @ unit(meaning.vector), uses), match)
+            # What has no vector yet is told by its words.
+            degree = np.where(np.isfinite(z), self._calibrated("use", np.nan_to_num(z), line), degree)
+        return believed(np.where(told.are_uses, degree, np.float32(0.0)))
+
+    def _told_part(self, told: ToldUses, view: _View, uses: Floats, serves: Floats) -> Floats:
+        """(n,) the best that the scene tells of each row's uses.
+
+        "Drink" does not say whether one drinks it or from it: of a bare verb, what is usual for the thing has half a
+        say.
+        """
+        assert view.uses is not None
+        bare = np.tile(told.are_bare, 2)
+        best = view.uses.best(np.where(bare, np.float32(0.0), uses))
+        if not bare.any():
+            return best
+        verb, usual = view.uses.best(np.where(bare, uses, np.float32(0.0))), self._of_things(view, serves)
+        halved = probability((log_odds(verb) + log_odds(usual)) / np.float32(2.0))
+        return np.fmax(best, np.where(np.isfinite(usual), halved, verb))
+
+    def _deviations(self, z: Floats, match: Matches) -> Floats:
+        """(u,) the deviations of uses, by what of the question they cover and what part the thing plays in them."""
+        calibration = self._calibration
+        z = z + np.float32(calibration.cover) * match.cover
         z -= np.float32(calibration.part) * (1 - match.agreement) + np.float32(calibration.verb) * match.other_verb
         z -= np.float32(calibration.adds) * match.adds
-        beside = np.maximum(known.best_use(match.circumstance), np.float32(0.0))
-        best = known.best_use(z, calibration.inherited) + np.float32(calibration.beside) * beside
-        return self._against_best("use", np.asarray(best, dtype=np.float32))
+        return z
+
+    def _line(self, name: str, z: Floats) -> float:
+        """The line of deviations, no lower than a share of the best of all things."""
+        return max(self._calibration.line[name], self._calibration.rival * float(z.max()))
 
     def _against_best(self, name: str, z: Floats) -> Floats:
         """Calibrated, with the line no lower than a share of the best of all things."""
-        line = max(self._calibration.line[name], self._calibration.rival * float(z.max()))
-        return self._calibrated(name, z, line)
+        return self._calibrated(name, z, self._line(name, z))
 
     def _calibrated(self, name: str, z: Floats, line: float | None = None) -> Floats:
         line = self._calibration.line[name] if line is None else line
@@ -349,6 +420,10 @@ class Scorer:
         total, mass = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
         for name, part in parts.items():
             weight = self._calibration.weight[form].get(name.partition(":")[0], 0.0)
+            if name == "caption" and "told" in parts:
+                part = np.asarray(
+                    np.fmax(part, parts["told"]), dtype=np.float32
+                )  # a caption is silent on most of what its thing is for
             if weight:
                 has = np.isfinite(part)
                 total += np.float32(weight) * log_odds(np.where(has, part, 0.5))
@@ -371,3 +446,8 @@ class Scorer:
         # Of a thing that has texts, but none that tells, one may doubt; what has no evidence at all does not fit.
         silent = np.where(view.told, np.float32(UNKNOWN), np.float32(0.0))
         return np.where((mass > 0) | spoken, degree, silent).astype(np.float32)
+
+
+def _by_words(share: Floats, line: float) -> Floats:
+    """The degree to which a share of the question's words serves it."""
+    return np.asarray(1.0 / (1.0 + np.exp(np.clip(-8.0 * (share - line), -30.0, 30.0))), dtype=np.float32)

@@ -6,7 +6,7 @@ Ten thousand chairs with one tag have one text: it is encoded once, matched once
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError
+from cgdb.meaning import told
 from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.told import Says, Statement
 from cgdb.meaning.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
-FORMAT = 4
+FORMAT = 5
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
-
-MOST_TEXT_PROPERTIES = 32
-"""Text-valued properties of one object that are read; the rest would be data, not description."""
 
 
 class Node(Protocol):
@@ -55,7 +54,17 @@ class Source(IntEnum):
     TAGS = 3
     """The other tags that were possible; half of them name things nearby."""
     PROPERTY = 4
-    """A text-valued property: a material, a state, an affordance."""
+    """A text-valued property: a state, a brand."""
+    QUALITY = 5
+    """A property that says of what material or colour it is."""
+    USE = 6
+    """A phrase for what one can do with it."""
+    PLACE = 7
+    """Where such things mostly are."""
+    NOTED = 8
+    """A quality that a model noted."""
+    NOTED_USE = 9
+    """A use that a model noted."""
 
 
 WORD_WEIGHT: Mapping[Source, float] = {
@@ -64,22 +73,42 @@ WORD_WEIGHT: Mapping[Source, float] = {
     Source.CAPTION: 1.0,
     Source.TAGS: 0.35,
     Source.PROPERTY: 0.9,
+    Source.QUALITY: 0.9,
+    Source.USE: 0.9,
+    Source.PLACE: 0.35,
+    Source.NOTED: 0.5,
+    Source.NOTED_USE: 0.5,
 }
 """How far a source is believed when its words match. Head phrases are part of the captions, which are indexed."""
 
-ENCODED = frozenset({Source.NAME, Source.HEAD, Source.CAPTION, Source.PROPERTY})
-"""Sources whose texts are worth a vector: possible tags are noise by the dozen."""
+ENCODED = frozenset(Source) - {Source.TAGS, Source.PLACE}
+"""Sources whose texts are worth a vector: possible tags are noise by the dozen, places a handful of words."""
+
+_SOURCES: Mapping[tuple[Says, bool], Source] = {
+    (Says.OTHER, False): Source.PROPERTY,
+    (Says.OTHER, True): Source.NOTED,
+    (Says.QUALITY, False): Source.QUALITY,
+    (Says.QUALITY, True): Source.NOTED,
+    (Says.USE, False): Source.USE,
+    (Says.USE, True): Source.NOTED_USE,
+    (Says.PLACE, False): Source.PLACE,
+    (Says.PLACE, True): Source.PLACE,
+}
+"""By what a property tells of, and whether a model noted it; classes ("medium") are traits and no texts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Facts:
     """What the texts of nodes say in terms of the table of everyday things.
 
-    stated: (n,) uint64, bit t = the map says that the node has trait t. thing_rows ascending, thing_ids: pairs (node
-    row, thing that it is called). unknown_rows, unknown_texts: nodes called something that the table does not know.
+    stated: (n,) uint64, bit t = its texts say that the node has trait t. told, noted: (n,) uint64, that its properties
+    say so, those of the map and those of a model. thing_rows ascending, thing_ids: pairs (node row, thing that it is
+    called). unknown_rows, unknown_texts: nodes called something that the table does not know.
     """
 
     stated: NDArray[np.uint64]
+    told: NDArray[np.uint64]
+    noted: NDArray[np.uint64]
     thing_rows: NDArray[np.int32]
     thing_ids: NDArray[np.int32]
     unknown_rows: NDArray[np.int32]
@@ -116,8 +145,12 @@ class TextIndex:
         entries: list[int] = []
         sources: list[int] = []
         indptr = np.zeros(len(ordered) + 1, dtype=np.int64)
+        masks = np.zeros((2, len(ordered)), dtype=np.uint64)
         for row, node in enumerate(ordered):
-            for source, text in dict.fromkeys(texts_of(node, parses)):
+            said = tuple(told.statements(node.properties))
+            for noted in (False, True) if said else ():
+                masks[int(noted), row] = told.mask_of(said, noted=noted)
+            for source, text in dict.fromkeys(texts_of(node, parses, said)):
                 if source in (Source.NAME, Source.HEAD):
                     names.setdefault(text)
                 elif source in ENCODED:
@@ -141,7 +174,7 @@ class TextIndex:
             text_ids=text_ids,
             sources=source_of,
             words=_word_index(texts, indptr, text_ids, source_of, parses),
-            facts=_facts(texts, indptr, text_ids, source_of),
+            facts=_facts(texts, indptr, text_ids, source_of, masks),
         )
 
     def rows_of_entries(self) -> NDArray[np.int32]:
@@ -167,6 +200,8 @@ class TextIndex:
             **self.words.arrays(),
             "knowledge": pack_strings([knowledge().version]),
             "stated": self.facts.stated,
+            "told": self.facts.told,
+            "noted": self.facts.noted,
             "thing_rows": self.facts.thing_rows,
             "thing_ids": self.facts.thing_ids,
             "unknown_rows": self.facts.unknown_rows,
@@ -195,6 +230,8 @@ class TextIndex:
                     words=WordIndex.from_arrays(arrays),
                     facts=Facts(
                         stated=arrays["stated"].astype(np.uint64),
+                        told=arrays["told"].astype(np.uint64),
+                        noted=arrays["noted"].astype(np.uint64),
                         thing_rows=arrays["thing_rows"].astype(np.int32),
                         thing_ids=arrays["thing_ids"].astype(np.int32),
                         unknown_rows=arrays["unknown_rows"].astype(np.int32),
@@ -219,7 +256,9 @@ class TextIndex:
         if (np.diff(self.indptr) < 0).any() or len(self.sources) != entries or self.words.n != n:
             raise ValueError("arrays do not fit together")
         facts, things = self.facts, len(knowledge().names)
-        if len(facts.stated) != n or len(facts.thing_rows) != len(facts.thing_ids):
+        if {len(facts.stated), len(facts.told), len(facts.noted)} != {n}:
+            raise ValueError("what is told of the nodes does not fit them")
+        if len(facts.thing_rows) != len(facts.thing_ids):
             raise ValueError("what is known of the nodes does not fit them")
         if len(facts.unknown_rows) != len(facts.unknown_texts):
             raise ValueError("what is unknown of the nodes does not fit them")
@@ -239,8 +278,13 @@ class TextIndex:
             raise ValueError("an entry has an unknown source")
 
 
-def texts_of(node: Node, parses: dict[str, Parse] | None = None) -> list[tuple[Source, str]]:
-    """The strings that stand for a node, best first; empty ones are left out. parses: captions that were parsed."""
+def texts_of(
+    node: Node, parses: dict[str, Parse] | None = None, said: Sequence[Statement] | None = None
+) -> list[tuple[Source, str]]:
+    """The strings that stand for a node, best first; empty ones are left out.
+
+    parses: captions that were parsed. said: what its properties tell, where that was read already.
+    """
     found: list[tuple[Source, str]] = []
 
     def add(source: Source, value: object) -> None:
@@ -263,14 +307,9 @@ def texts_of(node: Node, parses: dict[str, Parse] | None = None) -> list[tuple[S
     for tag in node.tags:
         if tag != node.tag:
             add(Source.TAGS, tag)
-    for name, value in list(node.properties.items())[:MOST_TEXT_PROPERTIES]:
-        if value is True:
-            add(Source.PROPERTY, name.replace("_", " ").casefold())
-            continue
-        for item in value if isinstance(value, tuple) else (value,):
-            if isinstance(item, str) and item.isupper() and "_" in item:
-                item = item.replace("_", " ").casefold()
-            add(Source.PROPERTY, item)
+    for one in told.statements(node.properties) if said is None else said:
+        if one.says is not Says.CLASS:
+            add(_SOURCES[one.says, one.noted], one.text)
     return found
 
 
@@ -291,9 +330,16 @@ def _word_index(
 
 
 def _facts(
-    texts: tuple[str, ...], indptr: NDArray[np.int64], text_ids: NDArray[np.int32], sources: NDArray[np.uint8]
+    texts: tuple[str, ...],
+    indptr: NDArray[np.int64],
+    text_ids: NDArray[np.int32],
+    sources: NDArray[np.uint8],
+    by_property: NDArray[np.uint64],
 ) -> Facts:
-    """Look every name and head phrase up once and spread what was found over the nodes."""
+    """Look every name and head phrase up once and spread what was found over the nodes.
+
+    by_property: (2, n) the traits that properties tell, of the map and of a model.
+    """
     known = knowledge()
     called = np.isin(sources, (Source.NAME, Source.HEAD))
     telling = called | (sources == Source.PROPERTY)
@@ -318,6 +364,8 @@ def _facts(
     unknown = count == 0
     return Facts(
         stated=stated,
+        told=by_property[0],
+        noted=by_property[1],
         thing_rows=pairs[:, 0].astype(np.int32) if pairs is not None else np.zeros(0, np.int32),
         thing_ids=pairs[:, 1].astype(np.int32) if pairs is not None else np.zeros(0, np.int32),
         unknown_rows=rows[unknown],

@@ -225,8 +225,11 @@ class Uses:
             {word: np.asarray(ids, dtype=np.int64) for word, ids in others.items()},
         )
 
-    def matches(self, asked: Frame, kin: Mapping[str, frozenset[str]]) -> Matches:
-        """Compare with what is asked. kin: {object word: stems of the kinds that it is of}."""
+    def matches(self, asked: Frame, kin: Mapping[str, frozenset[str]], *, elsewhere: bool = False) -> Matches:
+        """Compare with what is asked. kin: {object word: stems of the kinds that it is of}.
+
+        elsewhere: whether there are other uses that have the verb.
+        """
         n = len(self.frames)
         total, of_verb = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
         whole = 0.0
@@ -248,7 +251,7 @@ class Uses:
                 if words is asked.around:
                     circumstance += said / np.float32(len(words))
         # Verbs that say little ("put") may be any other; so may those that no use has.
-        telling = bool(of_verb.any()) and not all(verb in LIGHT_VERBS for verb in asked.verbs)
+        telling = (elsewhere or bool(of_verb.any())) and not all(verb in LIGHT_VERBS for verb in asked.verbs)
         return Matches(
             total / np.float32(max(whole, 1e-6)),
             self._agreement(asked),
@@ -256,6 +259,10 @@ class Uses:
             circumstance,
             self.qualified & (circumstance == 0.0),
         )
+
+    def have_verb(self, asked: Frame) -> bool:
+        """Whether any of the uses has the verb that is asked for, or one of like meaning."""
+        return any(self._matches(word, frozenset(), verb=True).any() for word in asked.verbs)
 
     def _matches(self, word: str, kin: frozenset[str], *, verb: bool) -> Floats:
         best = np.zeros(len(self.frames), dtype=np.float32)
