@@ -13,8 +13,8 @@ import cgdb
 from cgdb.cli import render, values
 
 if TYPE_CHECKING:
-    from cgdb.meaning.embed import Encoder
     from cgdb.enrich.tags import SceneTags
+    from cgdb.meaning.embed import Encoder
 
 
 def tag(options: Namespace) -> int:

@@ -11,8 +11,8 @@ import pytest
 
 import cgdb
 from cgdb.cli.app import main
-from cgdb.errors import StoreError, UsageError
 from cgdb.enrich.properties import FILE, Enrichment, checked
+from cgdb.errors import StoreError, UsageError
 from cgdb.model.llm import Model, ModelError, connect
 from cgdb.model.llm_settings import Settings
 from cgdb.scene import FeatureSpace, Relation, SceneGraph, SceneObject

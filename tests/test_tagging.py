@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 import cgdb
 from cgdb.cli.app import main
+from cgdb.enrich.tags import Tagging
 from cgdb.errors import EncoderError, FormatError, StoreError, UsageError
 from cgdb.meaning.names import read_names
 from cgdb.scene import FeatureSpace, SceneGraph, SceneObject
-from cgdb.enrich.tags import Tagging
 
 NAMES = ("cup", "chair", "table lamp")
 VECTORS = np.eye(3, 4, dtype=np.float32)

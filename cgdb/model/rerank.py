@@ -197,7 +197,8 @@ def rerank(
         if model is None:
             raise ExecuteError(
                 "RERANK BY asks a language model, and none is configured",
-                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, name a cross-encoder, or leave RERANK BY out",
+                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, name a cross-encoder, "
+                "or leave RERANK BY out",
             )
         chosen = ModelReranker(model)
     if not rows or top < 1:

@@ -165,7 +165,7 @@ def open3d_intrinsics(value: object, where: str) -> tuple[Matrix, tuple[int, int
     """(K, (width, height)) of Open3D's camera JSON, whose matrix goes column by column."""
     if isinstance(value, dict):
         listed, width, height = value.get("intrinsic_matrix"), value.get("width"), value.get("height")
-        good = isinstance(listed, list) and len(listed) == 9 and all(isinstance(v, (int, float)) for v in listed)
-        if good and all(isinstance(side, int) and 0 < side < 1e6 for side in (width, height)):
+        good = isinstance(listed, list) and len(listed) == 9
+        if good and isinstance(width, int) and isinstance(height, int) and 0 < width < 1e6 and 0 < height < 1e6:
             return column_major(listed, 3, where), (width, height)
     raise FormatError(f"{where}: must hold width, height and an intrinsic_matrix of 9 numbers")
