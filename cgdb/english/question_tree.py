@@ -21,6 +21,7 @@ from cgdb.english.lookahead import PREVIOUS
 from cgdb.english.phrases import words
 from cgdb.english.question_forms import Given, given
 from cgdb.english.question_values import Values
+from cgdb.english.told_properties import told
 from cgdb.english.tree_parts import ROOM, SUBJECT, cut, pattern, similar, subject_node
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
@@ -102,6 +103,7 @@ class _Writer:
 
     def query(self, asked: Asked) -> ast.Query:
         """The whole statement."""
+        asked, by_property = told(asked, self.catalog)
         asked = self._in_the_stores_terms(asked)
         previous = asked.wanted == PREVIOUS
         self.wanted = "" if previous else cut(asked.wanted)
@@ -109,6 +111,8 @@ class _Writer:
         subject = self._subject(asked, previous=previous)
         if previous:
             self._affordances.append(parts.among_previous(SUBJECT))
+        for one in by_property:
+            self._ask(one.expression, one.lacks, one.says)
         if asked.state is not None:
             self._ask(self._state(asked.state), f"not {asked.state}", f"state: {asked.state}")
         for text in asked.excluded:

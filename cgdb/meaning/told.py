@@ -104,6 +104,11 @@ middling: medium moderate
 """.strip()
 """trait: words that say it where a property is known to tell of that; in a sentence some of them mean other things."""
 
+_FLAG = re.compile(
+    r"\w+[ai]ble|(?:has|can|is)_\w+|surfaces|containers|recipient|cover_object|cream|clothes|person|body_part",
+    re.IGNORECASE,
+)
+"""The names that simulators give to uses (GRABBABLE, has_switch): flags of theirs, no phrases."""
 _BENDS = frozenset(("flexible", "bendable", "pliable", "semi-flexible", "elastic", "stretchy"))
 _DENIES = frozenset(("no", "not", "non", "without", "un", "never"))
 _KILOGRAMS = re.compile(r"\s*(\d{1,6}(?:\.\d{1,6})?)\s*(kg|kilograms?|kilos?|g|grams?)\s*", re.IGNORECASE)
@@ -175,8 +180,7 @@ def _statement(name: str, sort: str, item: object, *, noted: bool) -> Statement 
     if sort == "weight" and (found := _KILOGRAMS.fullmatch(item)) is not None:
         kilograms = float(found[1]) / (1000 if found[2].casefold().startswith("g") else 1)
         return _weighed(name, kilograms, item.strip(), noted=noted)
-    if len(item) > LONGEST or (sort == "use" and item.isupper()):
-        # The names that simulators give to uses (GRABBABLE) are flags, not phrases.
+    if len(item) > LONGEST or (sort == "use" and (item.isupper() or _FLAG.fullmatch(item))):
         return Statement(says=Says.OTHER, name=name, text=_readable(item), noted=noted)
     text = " ".join(item.replace("_", " ").split())
     if sort in ("use", "place"):
@@ -204,20 +208,22 @@ def _bit(trait: str) -> int:
 @lru_cache(maxsize=4096)
 def _traits(sort: str, text: str) -> int:
     """The traits of one sort that a text says ("solid oak with brass feet": wood and metal), as bits."""
-    known, allowed = knowledge(), _ALLOWED[sort]
-    stems = stemmed(text)
+    allowed, stems = _ALLOWED[sort], stemmed(text)
     if _DENIES.intersection(stems):
         return 0
     if sort == "rigidity" and _BENDS.intersection(stems):
         return 1 << FLEXIBLE
+    mask = _said(stems, allowed)
+    return mask or _said(stemmed(text.replace("-", " ")), allowed)  # "brick-red"
+
+
+def _said(stems: tuple[str, ...], allowed: frozenset[str]) -> int:
+    known = knowledge()
+    names = [known.traits[trait] for trait in known.traits_in(stems)[0]]
+    names.extend(name for stem in stems for name in _more().get(stem, ()))
     mask = 0
-    for trait in known.traits_in(stems)[0]:
-        if known.traits[trait] in allowed:
-            mask |= 1 << trait
-    for stem in stems:
-        for trait_name in _more().get(stem, ()):
-            if trait_name in allowed:
-                mask |= _bit(trait_name)
+    for name in names:
+        mask |= _bit(name) if name in allowed else 0
     return mask
 
 
