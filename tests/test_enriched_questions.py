@@ -20,7 +20,7 @@ from cgdb.english.translate import translate
 from cgdb.index.catalog import Catalog
 from cgdb.ingest import load
 from cgdb.meaning.knowledge import knowledge
-from cgdb.meaning.told import FLEXIBLE, Says, Statement, mask_of, reasons, statements
+from cgdb.meaning.told import FLEXIBLE, Says, Statement, masks, reasons, statements
 from cgdb.model.llm import Model, connect
 from cgdb.model.llm_settings import Settings
 from cgdb.scene import PropertyValue, SceneGraph, SceneObject
@@ -190,7 +190,7 @@ def test_a_changed_property_is_asked_at_once(tmp_path: Path) -> None:
 
 
 def traits(**properties: object) -> set[str]:
-    mask = mask_of(statements(properties), noted=False)
+    mask = masks(statements(properties))[0]
     names = {name for i, name in enumerate(knowledge().traits) if mask >> i & 1}
     return names | ({"flexible"} if mask >> FLEXIBLE & 1 else set())
 

@@ -148,8 +148,8 @@ class TextIndex:
         masks = np.zeros((2, len(ordered)), dtype=np.uint64)
         for row, node in enumerate(ordered):
             said = tuple(told.statements(node.properties))
-            for noted in (False, True) if said else ():
-                masks[int(noted), row] = told.mask_of(said, noted=noted)
+            if said:
+                masks[:, row] = told.masks(said)
             for source, text in dict.fromkeys(texts_of(node, parses, said)):
                 if source in (Source.NAME, Source.HEAD):
                     names.setdefault(text)

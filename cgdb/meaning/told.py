@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from enum import Enum
+from enum import IntEnum
 from functools import lru_cache
+from typing import NamedTuple
 
 from cgdb.meaning import everyday
 from cgdb.meaning.knowledge import knowledge
@@ -31,19 +31,18 @@ ONE_HAND, ONE_PERSON = 3.0, 25.0
 """Kilograms: from the first on lifting counts as work, the second is the most for one person (ISO 11228-1)."""
 
 
-class Says(Enum):
+class Says(IntEnum):
     """What a property tells of."""
 
-    QUALITY = "quality"
-    CLASS = "class"
+    QUALITY = 0
+    CLASS = 1
     """A quality in a word that says little by itself ("medium")."""
-    USE = "use"
-    PLACE = "place"
-    OTHER = "other"
+    USE = 2
+    PLACE = 3
+    OTHER = 4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Statement:
+class Statement(NamedTuple):
     """One value of a property. traits: what it says, as bits; noted: by a model, and not by the map."""
 
     says: Says
@@ -123,7 +122,9 @@ def statements(properties: Mapping[str, object]) -> Iterator[Statement]:
         if folded in _RECORDS:
             continue
         sort = _NAMES.get(folded)
-        if sort is None:
+        if sort is None and isinstance(value, str):
+            yield Statement(Says.OTHER, name, _readable(value))
+        elif sort is None:
             yield from _others(name, value)
         elif value is not True:
             for item in (value if isinstance(value, tuple) else (value,))[:MOST_ITEMS]:
@@ -132,13 +133,15 @@ def statements(properties: Mapping[str, object]) -> Iterator[Statement]:
                     yield found
 
 
-def mask_of(found: Iterable[Statement], *, noted: bool) -> int:
-    """The traits that the map, or a model, says, as bits."""
-    mask = 0
+def masks(found: Iterable[Statement]) -> tuple[int, int]:
+    """The traits that the map says, and those that a model noted, as bits."""
+    told = noted = 0
     for one in found:
-        if one.noted is noted:
-            mask |= one.traits
-    return mask
+        if one.noted:
+            noted |= one.traits
+        else:
+            told |= one.traits
+    return told, noted
 
 
 def reasons(properties: Mapping[str, object], telling: int, use: str | None = None) -> tuple[str, ...]:
@@ -184,7 +187,7 @@ def _statement(name: str, sort: str, item: object, *, noted: bool) -> Statement 
         return Statement(says=Says.OTHER, name=name, text=_readable(item), noted=noted)
     text = " ".join(item.replace("_", " ").split())
     if sort in ("use", "place"):
-        return Statement(says=Says(sort), name=name, text=text, noted=noted)
+        return Statement(says=Says.USE if sort == "use" else Says.PLACE, name=name, text=text, noted=noted)
     traits = _traits(sort, text)
     says = Says.CLASS if traits and sort in ("weight", "rigidity") else Says.QUALITY if traits else Says.OTHER
     return Statement(says=says, name=name, text=text, traits=traits, noted=noted)
