@@ -12,7 +12,7 @@ from cgdb.ingest.detections.detections import Detections
 from cgdb.ingest.mapping.fuse import Objects
 from cgdb.ingest.mapping.lift import Lifted
 from cgdb.ingest.mapping.similarity import box_similarity
-from cgdb.ingest.mapping.voxels import FACES, Ints, Voxels
+from cgdb.ingest.mapping.voxels import SLOTS, Ints, Voxels
 
 Spatial = Literal["overlap", "iou", "giou", "iou_accurate", "giou_accurate"]
 Semantic = Literal["paper", "cosine"]
@@ -59,15 +59,16 @@ def associate(
     matches = Matches(np.full(len(lifted), -1, np.intp), np.full(len(lifted), -1, np.intp))
     if not len(objects) or alone.all():
         return matches
+    room = np.array([obj.background for obj in objects.all], np.bool_)
     spatial = (
-        overlap(lifted, len(objects), voxels, ~alone)
+        overlap(lifted, voxels, ~alone, ~room)
         if how.spatial == "overlap"
         else box_similarity(lifted, objects, voxels.size, how.spatial)
     )
     total = (1 + how.bias) * spatial + (1 - how.bias) * semantic(lifted, found, objects, how.semantic)
     # What is nowhere near is no candidate, however alike it looks.
     total[spatial <= (-1.0 if how.spatial.startswith("giou") else 0.0)] = -np.inf
-    total[:, [obj.background for obj in objects.all]] = -np.inf
+    total[:, room] = -np.inf
     each = np.arange(len(total))
     around = total.argmax(axis=1)
     inside = (total[each, around] >= how.threshold) & ~alone
@@ -122,27 +123,43 @@ def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic
     return cosine if kind == "cosine" else (cosine / 2 + 0.5).astype(np.float32)
 
 
-def overlap(lifted: Lifted, n: int, voxels: Voxels, wanted: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """(k, n) float32 the share of each wanted detection's voxels that are, or touch, the object's.
+def overlap(lifted: Lifted, voxels: Voxels, wanted: NDArray[np.bool_], among: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """(k, n) float32 the share of each wanted detection's voxels that are, or touch, the object's. among (n,): the
+    objects that count.
 
     Every voxel knows whose it is, so this looks at the detections' voxels only: its cost does not depend on n.
     """
-    chosen = np.flatnonzero(wanted[lifted.owner])
-    rows, owner = lifted.rows[chosen], lifted.owner[chosen]
-    item, at = neighbours(voxels, rows)
-    owners, votes = voxels.owners[at], voxels.votes[at]
-    held = (owners >= 0) & (votes >= (HELD * voxels.seen[at])[:, None])
-    place, slot = np.nonzero(held)
-    pair = np.unique(item[place].astype(np.int64) * n + owners[place, slot])
-    whose = owner[pair // n].astype(np.int64) * n + pair % n
-    shared = np.bincount(whose, minlength=len(lifted) * n).reshape(len(lifted), n)
+    n = len(among)
+    chosen = np.flatnonzero(wanted.take(lifted.owner))
+    item, near = touching(voxels, lifted.rows.take(chosen), HELD, among)
+    shared = np.bincount(lifted.owner.take(chosen.take(item)) * n + near, minlength=len(lifted) * n)
     size = np.bincount(lifted.owner, minlength=len(lifted))
-    return (shared / size[:, None]).astype(np.float32)
+    return (shared.reshape(len(lifted), n) / size[:, None]).astype(np.float32)
 
 
-def neighbours(voxels: Voxels, rows: Ints) -> tuple[NDArray[np.intp], Ints]:
-    """Pairs (which of rows, a row that is it or shares a face with it)."""
-    cells = voxels.cells[rows]
-    around = voxels.find((cells[None, :, :] + FACES[:, None, :]).reshape(-1, 3))
+def touching(
+    voxels: Voxels, rows: Ints, share: float, among: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs (which of rows, an object that is there or in a voxel that shares a face), each once, ascending.
+
+    An object is where this share of the sightings was its. among (n,): the objects that count.
+    """
+    around = voxels.around(rows).reshape(-1)
     there = np.flatnonzero(around >= 0)
-    return there % max(len(rows), 1), around[there]
+    near, place = voxels.numbered(around.take(there))
+    held = voxels.solid(near, share, 0.0)
+    owners = voxels.owners.take(near, axis=0)
+    held &= among.take(owners, mode="clip")
+    objects = np.flatnonzero(np.bincount(owners[held], minlength=1))
+    number = np.zeros(len(among), np.intp)
+    number[objects] = np.arange(len(objects))
+    item = there % max(len(rows), 1)
+    # What is where, as a table of all rows by the few objects about.
+    table = np.zeros((len(rows), len(objects)), np.bool_)
+    flat = table.reshape(-1)
+    for slot in range(SLOTS):
+        some = np.flatnonzero(held[:, slot].take(place))
+        flat[item.take(some) * len(objects) + number.take(owners[:, slot].take(place.take(some)))] = True
+    pairs = np.flatnonzero(flat)
+    which, what = np.divmod(pairs, max(len(objects), 1))
+    return which, objects.take(what)

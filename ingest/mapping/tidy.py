@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.ingest.mapping.associate import neighbours
+from cgdb.ingest.mapping.associate import touching
 from cgdb.ingest.mapping.consensus import Consensus, Opinions
 from cgdb.ingest.mapping.fuse import Objects
 from cgdb.ingest.mapping.lift import STRONG
@@ -136,24 +136,23 @@ def look_the_same(objects: Objects) -> NDArray[np.bool_]:
 def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bool_]) -> NDArray[np.float32]:
     """(n, n) float32 the share of object i's voxels that are, or touch, object j's; 0 on the diagonal.
 
-    i is one of things (n,), j is none of the room. One walk over the voxels of things finds every pair that meets,
-    however many pairs there are.
+    i is one of things (n,), j is none of the room. One walk over the voxels in the boxes of things finds every pair
+    that meets, however many pairs there are, and however large the map.
     """
     n = len(objects)
     mine_too = np.append(things, False)  # -1, nobody, is the last
-    room = np.array([*(obj.background for obj in objects.all), True])
-    rows = np.flatnonzero(mine_too[voxels.owners[: voxels.count]].any(axis=1)).astype(np.int32)
+    room = np.array([obj.background for obj in objects.all], np.bool_)
+    boxes = [voxels.within(objects.all[at].low, objects.all[at].high) for at in np.flatnonzero(things).tolist()]
+    rows, _ = voxels.numbered(np.concatenate([np.zeros(0, np.int32), *boxes]))
+    rows = rows[mine_too[voxels.owners.take(rows, axis=0)].any(axis=1)]
     met, size = np.zeros(n * n, np.int64), np.zeros(n, np.int64)
     for start in range(0, len(rows), _CHUNK):
         part = rows[start : start + _CHUNK]
         place, slot = np.nonzero(voxels.solid(part, how.share, 0.0) & mine_too[voxels.owners[part]])
         mine = voxels.owners[part[place], slot]
         size += np.bincount(mine, minlength=n)
-        item, at = neighbours(voxels, part)
-        near_place, near_slot = np.nonzero(voxels.solid(at, how.share, 0.0) & ~room[voxels.owners[at]])
-        # (voxel, object near it), each once; then joined with (voxel, object in it).
-        near = np.unique(item[near_place].astype(np.int64) * n + voxels.owners[at[near_place], near_slot])
-        near_voxel, near_object = near // n, near % n
+        # (voxel, object near it), joined with (voxel, object in it).
+        near_voxel, near_object = touching(voxels, part, how.share, ~room)
         counts = np.bincount(near_voxel, minlength=len(part))
         starts = np.cumsum(counts) - counts
         pairs = np.repeat(np.arange(len(place)), counts[place])
