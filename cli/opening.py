@@ -8,11 +8,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cgdb.errors import UsageError
+from cgdb.errors import StoreError
 from cgdb.grammar.machine import machine
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+
+LEDGER = "ledger.sqlite"
+"""What makes a folder a store, as storage.ledger.FILE: that module is slow to load, and the prompt does not wait."""
 
 
 class Opening:
@@ -20,9 +23,12 @@ class Opening:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        if not self.path.is_dir():
-            what = "is a file, not a store" if self.path.exists() else "does not exist"
-            raise UsageError(f"{self.path} {what}", hint=f"`cgdb import MAP --into {self.path}` makes a store")
+        if self.path.exists() and not self.path.is_dir():
+            hint = f"a store is a folder; `cgdb import {self.path} --into home.cgdb` makes one of a map"
+            raise StoreError(f"{self.path} is a file, not a store", hint=hint)
+        if not (self.path / LEDGER).exists():
+            what = "is not a store: there is no ledger in it" if self.path.exists() else "does not exist"
+            raise StoreError(f"{self.path} {what}", hint=f"`cgdb import MAP --into {self.path}` makes a store")
         self.stage = "opening"
         self.failed: Exception | None = None
         self._db: Database | None = None

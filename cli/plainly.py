@@ -20,11 +20,19 @@ _OTHER_LANGUAGES = frozenset(
     """SELECT INSERT UPDATE DELETE CREATE DROP ALTER MERGE SET REMOVE WITH CALL UNWIND OPTIONAL RETURN WHERE ORDER
     LIMIT""".split()  # noqa: SIM905 -- words are read more easily than a list of quotes
 )
+_ENGLISH = re.compile(
+    r"\s*(where(['’]s|\s+(is|are|was|were|can|could|do|does|did|should|would|will|have|has|to|in|on))|"
+    r"with\s+(what|which))\b",
+    re.IGNORECASE,
+)
+"""Words that begin a clause of those languages, as they begin a sentence."""
 _FIRST_WORD = re.compile(r"\s*([^\W\d_]+)(\s*\()?", re.UNICODE)
 
 
 def is_question(text: str) -> bool:
     """Whether a text is plain words: it begins with a word that begins no statement, of CGQL or its relatives."""
+    if _ENGLISH.match(text):
+        return True
     first = _FIRST_WORD.match(text)
     if first is None or first[2]:
         return False

@@ -15,7 +15,18 @@ FLAT = Path(__file__).parents[1] / "cli" / "flat.json"
 
 
 @pytest.mark.parametrize(
-    "text", ["what's on the table?", "something to sit on", "und wo ist die Lampe?", "cup", "Лампа"]
+    "text",
+    [
+        "what's on the table?",
+        "something to sit on",
+        "und wo ist die Lampe?",
+        "cup",
+        "Лампа",
+        "where is the mug?",
+        "Where can I sit",
+        "where's the cat",
+        "with which tool do I cut bread?",
+    ],
 )
 def test_words_are_a_question(text: str) -> None:
     assert is_question(text)
@@ -23,7 +34,19 @@ def test_words_are_a_question(text: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["MATCH (o) RETURN o", "mtch (o) RETURN o", "SELECT * FROM x", "use 'a' MATCH", "(o)", "#12", "", "count(o)"],
+    [
+        "MATCH (o) RETURN o",
+        "mtch (o) RETURN o",
+        "SELECT * FROM x",
+        "use 'a' MATCH",
+        "(o)",
+        "#12",
+        "",
+        "count(o)",
+        'WHERE o ~ "mug"',
+        "WITH o RETURN o",
+        "SET o.x = 1",
+    ],
 )
 def test_statements_and_their_slips_are_not(text: str) -> None:
     assert not is_question(text)

@@ -17,7 +17,7 @@ from cgdb import ingest
 from cgdb.cli import app, commands, script, tables
 from cgdb.cli.favourites import Favourite, Favourites
 from cgdb.cli.highlight import lines, pieces
-from cgdb.cli.opening import Opening
+from cgdb.cli.opening import LEDGER, Opening
 from cgdb.cli.screen import Screen
 from cgdb.cli.session import Session, Use, quoted
 from cgdb.cli.settings import OPTIONS, Settings, folder
@@ -113,14 +113,20 @@ def test_errors_say_where_and_do_not_stop_a_script_without_bail(run: Run, home: 
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [
-        (["shell", "/nowhere.cgdb", "-c", "x"], 2, "does not exist"),
-        (["shell", str(FLAT), "-c", "x"], 2, "is a file, not a store"),
+        (["shell", "/nowhere.cgdb", "-c", "x"], 6, "does not exist"),
+        (["shell", str(FLAT), "-c", "x"], 6, f"`cgdb import {FLAT} --into home.cgdb`"),
+        (["shell", str(FLAT.parent), "-c", ""], 6, "there is no ledger in it"),
         (["shell", str(FLAT.parent), "-c", SOFA], 6, "there is no ledger in it"),
-        (["shell", str(FLAT.parent), "-p", "1=2", "-c", SOFA], 2, "-p takes NAME=VALUE"),
+        (["shell", "{store}", "-p", "1=2", "-c", SOFA], 2, "-p takes NAME=VALUE"),
     ],
 )
-def test_what_cannot_be_opened(arguments: list[str], code: int, says: str, capfd: pytest.CaptureFixture[str]) -> None:
-    assert app.main(arguments) == code
+def test_what_cannot_be_opened(
+    store: Path, arguments: list[str], code: int, says: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from cgdb.storage.ledger import FILE
+
+    assert LEDGER == FILE
+    assert app.main([str(store) if word == "{store}" else word for word in arguments]) == code
     out, err = capfd.readouterr()
     assert out == ""
     assert says in err
