@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import signal
 import sys
 from collections.abc import Container, Sequence
@@ -30,6 +31,18 @@ examples:
 exit codes: 0 done, 1 check found something, 2 command line, 3 query text or names, 4 query failed or outgrew a limit,
 5 map or scene, 6 store, 7 store busy, 8 damaged data, 9 missing package or model, 70 a bug, 130 interrupted
 """
+
+
+# Written out, for the modules that hold them are slow to load.
+FORMATS = (
+    "cgdb, conceptgraphs-planner, conceptgraphs-main, conceptgraphs-cache, conceptgraphs-ali, conceptgraphs-ali-json, "
+    "spark-dsg, virtualhome, jsonl, json"
+)
+LAYOUTS = (
+    "replica, scannet, ai2thor, r3d, record3d, realsense, multiscan, azure, icl, tum, redwood, 7scenes, hm3d, "
+    "hm3d-openeqa, plain"
+)
+KINDS = "arrays, conceptgraphs-main, conceptgraphs-ali, coco, labels"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,12 +76,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
+    if not arguments:
+        parser.print_help(sys.stderr)
+        raise SystemExit(UsageError.exit_code)
     options, left = parser.parse_known_args(_with_shell(arguments, parser.commands))
     # Before Python 3.13 argparse does not see an optional word that follows a flag: plot STORE -o FILE CGQL.
-    if left and getattr(options, "text", "") is None and not left[0].startswith("-"):
-        options.text, *left = left
+    last = options.last
+    if left and last is not None and getattr(options, last) is None and not left[0].startswith("-"):
+        setattr(options, last, left.pop(0))
     if left:
-        parser.error(f"unrecognized arguments: {' '.join(left)}")
+        options.parser.refuse(left)
     return options
 
 
@@ -100,8 +117,20 @@ class _Parser(argparse.ArgumentParser):
         hint = f"{self.prog} --help"
         words = message.split("'")
         if "invalid choice" in message and len(words) > 1:
-            hint = did_you_mean(words[1], words[3::2]) or hint
+            near = did_you_mean(words[1], words[3::2])
+            # One name that is near says more than all the names.
+            message, hint = (message.partition(" (choose from")[0], near) if near else (message, hint)
         raise UsageError(message, hint=hint)
+
+    def refuse(self, words: Sequence[str]) -> NoReturn:
+        """Words that no option and no place is there for."""
+        hint = f"{self.prog} --help"
+        if words[0].startswith("-"):
+            known = re.findall(r"(?<![\w-])--[\w-]+", self.format_help())
+            hint = did_you_mean(words[0].partition("=")[0], known) or hint
+        elif any(action.metavar in ("CGQL", "QUESTION", "TEXT") for action in self._actions):
+            hint = "what has spaces stands in quotes"
+        raise UsageError(f"unrecognized arguments: {' '.join(words)}", hint=hint)
 
 
 def _parser() -> _Parser:
@@ -132,13 +161,15 @@ def _command(commands: Any, name: str, home: str, says: str, example: str) -> ar
         epilog=f"example:\n  {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(module=f"cgdb.cli.{module}", function=function)
+    parser.set_defaults(module=f"cgdb.cli.{module}", function=function, parser=parser, last=None)
     return parser
 
 
 def _importing(commands: Any) -> None:
     demo = _command(commands, "demo", "demo:demo", "build a store from the furnished flat and ask it", "cgdb demo")
-    demo.add_argument("folder", nargs="?", help="where the store is made (a temporary folder, removed afterwards)")
+    demo.add_argument(
+        "folder", nargs="?", help="keep the store, as flat.cgdb in this folder (a temporary one, removed afterwards)"
+    )
 
     bring = _command(
         commands,
@@ -150,7 +181,7 @@ def _importing(commands: Any) -> None:
     bring.add_argument("maps", nargs="+", metavar="MAP", help="a map file or folder; its format is found by content")
     bring.add_argument("--into", required=True, metavar="STORE", help="the store, made where there is none")
     bring.add_argument("--name", help="the scene's name (one MAP only); else the file's")
-    bring.add_argument("--format", help="the map's format, where its content does not tell")
+    bring.add_argument("--format", help=f"the map's format, where its content does not tell: {FORMATS}")
     bring.add_argument("--part", help="which graph of a file with several: init_graph, final_graph")
     bring.add_argument(
         "--on-existing",
@@ -169,7 +200,7 @@ def _importing(commands: Any) -> None:
         "give captions and tags their vectors, where missing",
         "cgdb encode home.cgdb",
     )
-    encode.add_argument("store", metavar="STORE")
+    encode.add_argument("store", metavar="STORE", help="the folder of the store")
     encode.add_argument("--scene", help="of one scene only")
     encode.add_argument("--quiet", action="store_true", help="no progress")
 
@@ -185,7 +216,7 @@ def _mapping(commands: Any) -> None:
     mapping.add_argument("sequence", metavar="SEQUENCE", help="the folder of the recording")
     mapping.add_argument("--into", required=True, metavar="STORE", help="the store, made where there is none")
     mapping.add_argument("--name", help="the scene's name; else the folder's")
-    mapping.add_argument("--layout", help="how the recording is laid out, where its files do not tell")
+    mapping.add_argument("--layout", help=f"how the recording is laid out, where its files do not tell: {LAYOUTS}")
     mapping.add_argument("--intrinsics", metavar="FX,FY,CX,CY", help="instead of the recording's, in pixels")
     mapping.add_argument("--depth-scale", type=float, metavar="UNITS", help="units of depth per metre")
     mapping.add_argument("--start", type=int, default=0, metavar="N", help="the first frame (0)")
@@ -199,7 +230,9 @@ def _mapping(commands: Any) -> None:
         help="files made earlier; geometry, without a model; models:sam=MODEL,clip=MODEL, which segment all there is; "
         "models:tags=FILE,dino=MODEL,sam=MODEL,clip=MODEL, which find what FILE names (or clip:FILE, caption:MODEL)",
     )
-    mapping.add_argument("--detection-kind", metavar="KIND", help="what these are, where their files do not tell")
+    mapping.add_argument(
+        "--detection-kind", metavar="KIND", help=f"what these are, where their files do not tell: {KINDS}"
+    )
     mapping.add_argument("--encoder", help="the encoder of the features, such as open_clip:ViT-H-14:laion2b_s32b_b79k")
     mapping.add_argument(
         "--vocabulary", metavar="FILE", help="names for things without one, by what they look like (see cgdb tag)"
@@ -258,7 +291,7 @@ def _asking(commands: Any) -> None:
         "answer a CGQL statement",
         """cgdb query home.cgdb 'MATCH (l ~ "lamp") WHERE distance(l, #12) < 150 cm RETURN l'""",
     )
-    query.add_argument("store", metavar="STORE")
+    query.add_argument("store", metavar="STORE", help="the folder of the store")
     query.add_argument("text", metavar="CGQL", help="the statement; - reads it from stdin")
     _parameters(query)
     _encoders(query)
@@ -273,7 +306,7 @@ def _asking(commands: Any) -> None:
         "the nearest objects to a text or a vector",
         "cgdb search home.cgdb @query.npy --space clip -k 5",
     )
-    search.add_argument("store", metavar="STORE")
+    search.add_argument("store", metavar="STORE", help="the folder of the store")
     search.add_argument("what", metavar="TEXT", help="a text, or @FILE with a vector (.npy or a JSON list)")
     search.add_argument("--space", help="the feature space to compare in")
     search.add_argument("-k", type=int, default=10, help="how many (10)")
@@ -300,7 +333,7 @@ def _shell(commands: Any) -> None:
         "ask a store interactively, or run a script; `cgdb STORE` does the same",
         """cgdb shell home.cgdb -c ':mode json' -c 'MATCH (o ~ "cup") RETURN o'""",
     )
-    shell.add_argument("store", metavar="STORE")
+    shell.add_argument("store", metavar="STORE", help="the folder of the store")
     shell.add_argument(
         "-c", "--command", action=_Piece, dest="pieces", default=[], metavar="CGQL", help="run this, and end"
     )
@@ -319,11 +352,17 @@ def _shell(commands: Any) -> None:
         "draw a scene from above or in perspective, with what a statement finds in it",
         """cgdb plot home.cgdb --into lamps.png --view both 'MATCH (o ~ "lamp") RETURN o'""",
     )
-    plot.add_argument("store", metavar="STORE")
+    plot.add_argument("store", metavar="STORE", help="the folder of the store")
     plot.add_argument("text", metavar="CGQL", nargs="?", help="what to highlight; - reads it from stdin")
     plot.add_argument("--query", metavar="CGQL", help="the same, as an option")
     plot.add_argument(
-        "-o", "--into", "--output", dest="output", required=True, metavar="FILE", help="the picture: .png, .pdf or .svg"
+        "-o",
+        "--into",
+        "--output",
+        dest="output",
+        required=True,
+        metavar="FILE",
+        help="the picture: .png, .jpg, .webp, .pdf or .svg",
     )
     plot.add_argument("--view", choices=("plan", "oblique", "both"), default="plan", help="from above or aslant (plan)")
     plot.add_argument("--color", choices=("rgb", "class", "score", "instance"), help="what colours say (what there is)")
@@ -332,6 +371,8 @@ def _shell(commands: Any) -> None:
     plot.add_argument("--size", metavar="WxH", help="pixels (what suits the place)")
     plot.add_argument("--scene", help="the scene; else the one with most of the result")
     _parameters(plot)
+    _encoders(plot)
+    plot.set_defaults(last="text")
 
 
 def _models(commands: Any) -> None:
@@ -344,7 +385,7 @@ def _models(commands: Any) -> None:
         "a model is asked where one is configured: CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY, or\n"
         "base_url, model and api_key under [llm] in cgdb/config.toml of the config folder; pip install 'cgdb[llm]'",
     )
-    ask.add_argument("store", metavar="STORE")
+    ask.add_argument("store", metavar="STORE", help="the folder of the store")
     ask.add_argument("question", metavar="QUESTION", nargs="?", help="the question; - reads it from stdin")
     ask.add_argument("--image", metavar="FILE", help="a picture that the question speaks of")
     ask.add_argument("--scene", action="append", help="ask of this scene only (may be repeated)")
@@ -353,6 +394,7 @@ def _models(commands: Any) -> None:
     _conversation(ask)
     _encoders(ask)
     _formats(ask)
+    ask.set_defaults(last="question")
 
     enrich = _command(
         commands,
@@ -361,7 +403,7 @@ def _models(commands: Any) -> None:
         "ask a language model once what is known of each thing, and keep it as properties",
         "cgdb enrich home.cgdb --dry-run",
     )
-    enrich.add_argument("store", metavar="STORE")
+    enrich.add_argument("store", metavar="STORE", help="the folder of the store")
     enrich.add_argument("--scene", action="append", help="this scene only (may be repeated)")
     enrich.add_argument(
         "--robot", default="a wheeled robot of 5 kg", help="for whom things are traversable (a wheeled robot of 5 kg)"
@@ -379,7 +421,7 @@ def _models(commands: Any) -> None:
         "caption and name the objects of a map by their best views, with a vision model",
         "cgdb caption home.cgdb --dry-run",
     )
-    caption.add_argument("store", metavar="STORE")
+    caption.add_argument("store", metavar="STORE", help="the folder of the store")
     caption.add_argument("--scene", action="append", help="this scene only (may be repeated)")
     caption.add_argument("--views", type=int, default=10, metavar="N", help="views of each object (10)")
     caption.add_argument(
@@ -395,7 +437,7 @@ def _models(commands: Any) -> None:
         "ask a language model how things that touch or overlap stand to each other",
         "cgdb relate home.cgdb --dry-run",
     )
-    relate.add_argument("store", metavar="STORE")
+    relate.add_argument("store", metavar="STORE", help="the folder of the store")
     relate.add_argument("--scene", action="append", help="this scene only (may be repeated)")
     relate.add_argument(
         "--every-pair", action="store_true", help="all pairs that touch, not only a spanning forest of the strongest"
@@ -415,7 +457,7 @@ def _models(commands: Any) -> None:
         "FILE holds a name on each line, or a JSON list; names.npz (names, vectors), or names.json beside names.npy, "
         "holds\nvectors computed elsewhere, and needs no CLIP here",
     )
-    tag.add_argument("store", metavar="STORE")
+    tag.add_argument("store", metavar="STORE", help="the folder of the store")
     tag.add_argument("--vocabulary", required=True, metavar="FILE", help="the names, as below")
     tag.add_argument("--scene", action="append", help="this scene only (may be repeated)")
     tag.add_argument("--space", help="the feature space to compare in (the first with an encoder)")
@@ -426,7 +468,8 @@ def _models(commands: Any) -> None:
     tag.add_argument("--quiet", action="store_true", help="no progress, no summary")
     _encoders(tag)
 
-    evaluate = commands.add_parser("eval", help="measure how good maps are, and how well questions are answered")
+    says = "measure how good maps are, and how well questions are answered"
+    evaluate = commands.add_parser("eval", help=says, description=says[0].upper() + says[1:] + ".")
     evaluations = evaluate.add_subparsers(title="evaluations", metavar="WHAT", required=True)
     from cgdb.cli import evaluate_options
     from cgdb.judged import LAYOUT
@@ -507,25 +550,26 @@ def _formats(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format", choices=("table", "json", "jsonl", "csv", "markdown"), help="how rows are written (table)"
     )
+    parser.add_argument("--json", action="store_const", const="json", dest="format", help="the same as --format json")
     parser.add_argument("--why", action="store_true", help="say of every row why it is there")
     parser.add_argument("--all", action="store_true", help="show every row of a table, not the first 20")
 
 
 def _store(commands: Any) -> None:
     info = _command(commands, "info", "stores:info", "say what a store holds", "cgdb info home.cgdb")
-    info.add_argument("store", metavar="STORE")
+    info.add_argument("store", metavar="STORE", help="the folder of the store")
     info.add_argument("--json", action="store_true", help="as JSON")
 
     log = _command(commands, "log", "stores:log", "list the revisions of a store", "cgdb log home.cgdb")
-    log.add_argument("store", metavar="STORE")
+    log.add_argument("store", metavar="STORE", help="the folder of the store")
     log.add_argument("--json", action="store_true", help="as JSON")
 
     diff = _command(
         commands, "diff", "stores:diff", "say what changed between two revisions", "cgdb diff home.cgdb 1 2"
     )
-    diff.add_argument("store", metavar="STORE")
-    diff.add_argument("a", type=int, help="the earlier revision")
-    diff.add_argument("b", type=int, help="the later revision")
+    diff.add_argument("store", metavar="STORE", help="the folder of the store")
+    diff.add_argument("a", metavar="A", type=int, help="the earlier revision")
+    diff.add_argument("b", metavar="B", type=int, help="the later revision")
     diff.add_argument("--json", action="store_true", help="as JSON")
 
     views = _command(
@@ -535,8 +579,8 @@ def _store(commands: Any) -> None:
         "list the frames in which objects were seen best, or write the objects cut out of them as pictures",
         "cgdb views home.cgdb 12 --into pictures",
     )
-    views.add_argument("store", metavar="STORE")
-    views.add_argument("ids", metavar="ID", nargs="+", help="the object's id")
+    views.add_argument("store", metavar="STORE", help="the folder of the store")
+    views.add_argument("ids", metavar="ID", nargs="+", help="the object's id, with or without its #")
     views.add_argument("--scene", help="the scene, where several have the id")
     views.add_argument("--as-of", metavar="REVISION", help="as of a revision or an ISO time")
     views.add_argument("-k", type=int, metavar="N", help="the N best only")
@@ -550,7 +594,7 @@ def _store(commands: Any) -> None:
         "verify a store; exit code 1 when something is wrong",
         "cgdb check home.cgdb --repair",
     )
-    check.add_argument("store", metavar="STORE")
+    check.add_argument("store", metavar="STORE", help="the folder of the store")
     check.add_argument("--repair", action="store_true", help="build damaged indexes anew")
     check.add_argument("--quick", action="store_true", help="the latest revision only")
 
@@ -561,7 +605,7 @@ def _store(commands: Any) -> None:
         "write a scene as JSON for planners, cgdb JSON, a graph, or a 3D file",
         "cgdb export home.cgdb kitchen -o kitchen.json --format planner --decimals 2",
     )
-    export.add_argument("store", metavar="STORE")
+    export.add_argument("store", metavar="STORE", help="the folder of the store")
     export.add_argument("scene", metavar="SCENE", nargs="?", help="may be left out where there is only one")
     export.add_argument(
         "-o", "--output", "--into", default="-", metavar="FILE", help="the file to write; - is stdout (-)"
@@ -575,6 +619,7 @@ def _store(commands: Any) -> None:
     export.add_argument("--max-points", type=int, metavar="N", help="ply, glb, rerun: points at most (5,000,000)")
     export.add_argument("--relations", action="store_true", help="planner: add the relations")
     export.add_argument("--skip-damaged", action="store_true", help="leave out damaged rows instead of refusing")
+    export.set_defaults(last="scene")
 
     remove = _command(
         commands,
@@ -583,8 +628,8 @@ def _store(commands: Any) -> None:
         "remove a scene; earlier revisions still show it",
         "cgdb remove home.cgdb kitchen",
     )
-    remove.add_argument("store", metavar="STORE")
-    remove.add_argument("scene", metavar="SCENE")
+    remove.add_argument("store", metavar="STORE", help="the folder of the store")
+    remove.add_argument("scene", metavar="SCENE", help="the scene's name")
 
 
 if __name__ == "__main__":

@@ -134,7 +134,7 @@ def _graph(evaluations: Any, command: Command) -> None:
 
 
 def _common(parser: ArgumentParser, *, needed: bool = True) -> None:
-    parser.add_argument("stores", nargs="+", metavar="STORE")
+    parser.add_argument("stores", nargs="+", metavar="STORE", help="the folders of the stores")
     parser.add_argument(
         "--truth",
         nargs="+",

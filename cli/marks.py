@@ -15,16 +15,19 @@ if TYPE_CHECKING:
 Marks = dict[str, dict[int, tuple[int, bool]]]
 """{scene: {position: (number of the first row that speaks of it, whether that row fits)}}"""
 
+NEAREST = 3
+"""Rows that are marked where nothing fits: all rows would mark the whole place."""
+
 
 def marks_of(db: cgdb.Database, result: Result | None) -> Marks:
-    """The nodes in the values of the rows, and those behind columns of ids."""
+    """The nodes in the values of the rows that fit, else of the nearest, and those behind columns of ids."""
     found: Marks = {}
     if result is None:
         return found
     ids = [i for i, name in enumerate(result.columns) if name.endswith(".id") or name.startswith("id(")]
     scenes = [info.name for info in db.scenes()] if ids else []
     for number, row in enumerate(result.rows, start=1):
-        if not row.fits and not result.nothing_fits:
+        if not row.fits and (not result.nothing_fits or number > NEAREST):
             continue
         pairs = [pair for value in row.values for pair in _nodes(value)]
         pairs += [(scene, row.values[i]) for i in ids for scene in scenes if isinstance(row.values[i], (int, str))]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,9 @@ def plot(options: Namespace) -> int:
         labels=_labels(options.labels),
         size=None if options.size is None else picture.parse_size(options.size),
     )
-    with cgdb.open(options.store) as db:
+    encoders = values.encoders(options.encoder)
+    with cgdb.open(options.store, space_encoders=encoders) as db:
+        values.check_spaces(db, encoders)
         result = None
         if asked is not None:
             text = sys.stdin.read() if asked == "-" else asked
@@ -89,7 +92,11 @@ def draw(
     note = " · ".join(counts) if result is None else result.query
     made = picture.paint(shown, Path(path).suffix, _titled(sheet, view.info.name, note))
     write_whole(Path(path), [made.data])
-    says = [f"scene '{view.info.name}', {len(found)} of the result marked, {made.named} things named"]
+    marked = ""
+    if result is not None:
+        nearest = " (nothing fits, these are the nearest)" if found and result.nothing_fits else ""
+        marked = f"{len(found)} of the result marked{nearest}, "
+    says = [f"scene '{view.info.name}', {marked}{_count(made.named, 'thing')} named"]
     if shown.n_points > len(shown.points):
         says.append(f"{len(shown.points):,} of {shown.n_points:,} points drawn, chosen evenly with seed 0")
     if shown.n_arrows > len(shown.arrows):
@@ -114,6 +121,13 @@ def chosen_scene(db: cgdb.Database, marks: Marks, scene: str | None) -> str:
     if marks:
         return max(marks, key=lambda name: len(marks[name]))
     names = [info.name for info in db.scenes()]
-    if len(names) != 1:
+    return only_scene(names)
+
+
+def only_scene(names: Sequence[str]) -> str:
+    """The one scene of a store; UsageError where it holds none, or several."""
+    if not names:
+        raise UsageError("the store holds no scene", hint="`cgdb import` and `cgdb map` bring one")
+    if len(names) > 1:
         raise UsageError(f"the store holds {len(names)} scenes: say which", hint=one_of(names))
     return names[0]

@@ -10,7 +10,11 @@ from typing import Any
 
 import cgdb
 from cgdb.cli import render
-from cgdb.errors import UsageError, one_of
+from cgdb.cli.plot import only_scene
+from cgdb.errors import UsageError
+
+TERMINAL = 1_000_000
+"""Characters of an export that a terminal may show: nobody reads more, and vectors are no text."""
 
 
 def info(options: Namespace) -> int:
@@ -129,9 +133,7 @@ def export(options: Namespace) -> int:
 
     with cgdb.open(options.store, text_encoder=None) as db:
         names = [scene.name for scene in db.scenes(_moment(options.as_of))]
-        name = options.scene or (names[0] if len(names) == 1 else None)
-        if name is None:
-            raise UsageError(f"the store holds {len(names)} scenes: say which", hint=one_of(names))
+        name = options.scene or only_scene(names)
         form = options.format or ("cgdb" if options.output == "-" else format_of(Path(options.output)))
         chosen = {
             option: value
@@ -144,7 +146,13 @@ def export(options: Namespace) -> int:
             )
             written = document(scene, form, **chosen)
             if written.data is None:
-                render.write("".join(written.pieces).rstrip("\n"))
+                text = "".join(written.pieces).rstrip("\n")
+                if len(text) > TERMINAL and sys.stdout.isatty():
+                    raise UsageError(
+                        f"{len(text) / 1e6:,.1f} MB of '{form}' are too much for a terminal",
+                        hint="give it a FILE: -o; the format 'planner' leaves vectors, clouds and pictures out",
+                    )
+                render.write(text)
             elif sys.stdout.isatty():
                 raise UsageError(f"the format '{form}' is binary: a terminal cannot show it", hint="give it a FILE: -o")
             else:

@@ -30,7 +30,7 @@ def views(options: Namespace) -> int:
             object_id = canonical_id(text.removeprefix("#") or text)
             seen = db.views(object_id, scene=options.scene, as_of=options.as_of)
             if not seen:
-                sys.stderr.write(f"note: #{render.clean(object_id)} has no views\n")
+                sys.stderr.write(f"note: #{render.clean(object_id)} has no views; `cgdb map` keeps them\n")
             found += [(object_id, rank, view) for rank, view in enumerate(seen[: options.k], start=1)]
     if options.into is not None:
         return _write(found, Path(options.into))

@@ -110,6 +110,11 @@ def test_info_log_diff_check(store: str, capfd: pytest.CaptureFixture[str]) -> N
         (["export", "{store}", "--format", "grphml"], 5, "did you mean 'graphml'?"),
         (["quary", "{store}"], 2, "did you mean 'query'?"),
         (["query", "{store}", "MATCH (a), (b), (c), (d) RETURN a"], 4, "combinations"),
+        (["ask", "{store}", "where", "is", "it"], 2, "quotes"),
+        (["ask", "{store}", "the mug", "--sceen", "flat"], 2, "did you mean '--scene'?"),
+        (["info", "{store}", "--format", "json"], 2, "cgdb info --help"),
+        (["info", "{store}", "more"], 2, "cgdb info --help"),
+        (["plot", "{store}", "MATCH (o) RETURN o"], 2, "cgdb plot --help"),
     ],
 )
 def test_bad_input_is_one_clear_error(
@@ -125,12 +130,72 @@ def test_bad_input_is_one_clear_error(
     assert not (tmp_path / "new.cgdb").exists()
 
 
+def test_the_last_word_may_follow_options(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["ask", store, "--no-model", "--scene", "flat", "--json", "where is the sofa?"]) == 0
+    assert json.loads(capfd.readouterr().out)["question"] == "where is the sofa?"
+    assert main(["export", store, "--format", "planner", "flat"]) == 0
+    assert json.loads(capfd.readouterr().out)[0]["id"] == 1
+    assert main(["export", store, "--format", "planner", "flot"]) == 6
+    assert "did you mean 'flat'?" in capfd.readouterr().err
+
+
+def test_json_is_a_format(store: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["query", store, "MATCH (o #1) RETURN o.id", "--json"]) == 0
+    assert [row["o.id"] for row in json.loads(capfd.readouterr().out)] == [1]
+
+
+def test_a_near_name_is_told_without_all_the_others(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["qury"]) == 2
+    assert capfd.readouterr().err.splitlines() == [
+        "usage error: argument COMMAND: invalid choice: 'qury'",
+        "hint: did you mean 'query'?",
+    ]
+    assert main(["zzz"]) == 2
+    assert "(choose from 'demo'" in capfd.readouterr().err
+
+
+def test_without_a_word_the_help_is_shown(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main([])
+    out, err = capfd.readouterr()
+    assert (end.value.code, out) == (2, "")
+    assert "cgdb demo" in err
+
+
+def test_help_names_what_there_is() -> None:
+    from cgdb.cli import app
+    from cgdb.ingest.detections.files import KINDS
+    from cgdb.ingest.frames.recording import LAYOUTS
+    from cgdb.ingest.loading import FORMATS
+
+    assert ", ".join(LAYOUTS) == app.LAYOUTS
+    assert ", ".join(KINDS) == app.KINDS
+    assert ", ".join(FORMATS) == app.FORMATS
+
+
+def test_much_json_is_not_poured_into_a_terminal(
+    store: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from cgdb.cli import stores
+
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert main(["export", store]) == 0
+    written = len(capsys.readouterr().out)
+    monkeypatch.setattr(stores, "TERMINAL", written // 2)
+    assert main(["export", store]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "too much for a terminal" in err
+
+
 def test_an_empty_store_says_so(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     import cgdb
 
     cgdb.open(tmp_path / "e.cgdb", create=True).close()
     assert main(["query", str(tmp_path / "e.cgdb"), "MATCH (o) RETURN o"]) == 6
     assert "holds no scenes" in capfd.readouterr().err
+    assert main(["export", str(tmp_path / "e.cgdb")]) == 2
+    assert "the store holds no scene" in capfd.readouterr().err
 
 
 def test_a_missing_package_names_the_pip_line(store: str) -> None:

@@ -296,9 +296,21 @@ def test_the_command_writes_a_picture(
     assert app.main(["plot", str(store), "--into", str(target), *words]) == 0
     out, err = capfd.readouterr()
     assert out == f"{target}\n"
-    assert f"scene '{scene}', 0 of the result marked" in err
+    assert f"scene '{scene}', " in err
+    assert "marked" not in err
     assert struct.unpack(">II", target.read_bytes()[16:24]) == (640, 480)
     assert list(tmp_path.iterdir()) == [target]
+
+
+def test_where_nothing_fits_the_nearest_few_are_marked(
+    store: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "map.svg"
+    text = "USE 'room' MATCH (o ~ 'xylophone') RETURN o"
+    assert app.main(["plot", str(store), "--into", str(target), text]) == 0
+    assert "3 of the result marked (nothing fits, these are the nearest), " in capfd.readouterr().err
+    assert app.main(["plot", str(store), "--into", str(target), text, "--encoder", "clip=vocabulary:none.npz"]) == 9
+    assert "none.npz" in capfd.readouterr().err
 
 
 def test_the_same_picture_twice_is_the_same_file(store: Path, tmp_path: Path) -> None:
@@ -315,7 +327,7 @@ def test_the_statement_as_an_option(store: Path, tmp_path: Path, capfd: pytest.C
     target = tmp_path / "map.svg"
     query = "USE 'room' MATCH (o) WHERE o.tag = 'table' RETURN o"
     assert app.main(["plot", str(store), "--into", str(target), "--query", query, "--color", "score"]) == 0
-    assert "1 of the result marked, 1 things named" in capfd.readouterr().err
+    assert "1 of the result marked, 1 thing named" in capfd.readouterr().err
     assert app.main(["plot", str(store), "--into", str(target), "--query", query, query]) == 2
     assert "given twice" in capfd.readouterr().err
 

@@ -399,7 +399,7 @@ def test_views_are_listed(store: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert main(["views", str(store), "12", "#2"]) == 0
     said = capsys.readouterr()
     assert "frame000003.jpg" in said.out and "100 × 60 at 10, 20" in said.out and "jpeg, 2.0 KB" in said.out
-    assert said.err == "note: #2 has no views\n"
+    assert said.err == "note: #2 has no views; `cgdb map` keeps them\n"
     assert main(["views", str(store), "12", "-k", "1", "--json"]) == 0
     (record,) = json.loads(capsys.readouterr().out)
     assert (record["object"], record["best"], record["frame"]) == (12, 1, 3)
