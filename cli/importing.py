@@ -47,14 +47,14 @@ def import_maps(options: Namespace) -> int:
                 _encode_if_possible(db, progress)
     except BaseException:
         if fresh:
-            _remove_if_empty(Path(options.into))
+            remove_if_empty(Path(options.into))
         raise
     if fresh:
-        _remove_if_empty(Path(options.into))
+        remove_if_empty(Path(options.into))
     return 0 if failed is None else failed.exit_code
 
 
-def _remove_if_empty(store: Path) -> None:
+def remove_if_empty(store: Path) -> None:
     """A first import that failed leaves no empty store behind; one that another process wrote to is let be."""
     with contextlib.suppress(CgdbError):
         with cgdb.open(store, text_encoder=None) as db:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import cgdb
+from cgdb.cli.importing import remove_if_empty
 from cgdb.cli.mapping_run import Begun, Run
 from cgdb.errors import FormatError, UsageError
 
@@ -42,7 +45,7 @@ def map_recording(options: Namespace) -> int:
         pose=_pose(options.pose),
     )
     key = str(Path(options.sequence).resolve())
-    with cgdb.open(options.into, create=True) as db:
+    with _store(options) as db:
         state = db.path / "mapping" / f"{_file_name(name)}.npz"
         if options.resume:
             begun = _resumed(db, name, state, how, key, now)
@@ -54,6 +57,21 @@ def map_recording(options: Namespace) -> int:
         if not options.resume:
             begun.mapper.begin(Path(key).name)
         return Run(db, name, recording, detector, begun, state, key, options).run()
+
+
+@contextmanager
+def _store(options: Namespace) -> Iterator[cgdb.Database]:
+    """The store to map into, made where there is none; one in which no map began is not left behind."""
+    path = Path(options.into)
+    fresh = not path.exists()
+    try:
+        with cgdb.open(path, create=True) as db:
+            yield db
+    except BaseException:
+        # What was mapped before the first revision could be written is there to be gone on with.
+        if fresh and not any(path.glob("mapping/*")):
+            remove_if_empty(path)
+        raise
 
 
 def _detector(options: Namespace, recording: Recording) -> Detector:
@@ -111,9 +129,11 @@ def _resumed(db: cgdb.Database, name: str, state: Path, how: Mapping, key: str, 
     from cgdb.ingest.mapping import checkpoint
 
     if not state.is_file():
+        if _scene_so_far(db, name) is None:
+            raise UsageError(f"{db.path}: there is no map '{name}' to go on with", hint="map it without --resume")
         raise UsageError(
-            f"{db.path}: there is no map of that name to go on with",
-            hint="--keep-state keeps what that takes; --extend maps another recording into a finished scene",
+            f"{db.path}: the map '{name}' is finished",
+            hint="--extend maps another recording into it; --keep-state keeps what it takes to go on with this one",
         )
     mapper, done = checkpoint.load(state, how)
     before = done.get(key)

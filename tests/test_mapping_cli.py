@@ -160,6 +160,25 @@ def test_resume_minds_how_it_was_begun(tmp_path: Path, capsys: pytest.CaptureFix
         assert db.scene("room", clouds=False).provenance["frames"] == 4
 
 
+@pytest.mark.parametrize("words", [["--start", "99"], ["--resume"], ["--extend"], ["--every", "-1"]])
+def test_a_map_that_does_not_begin_leaves_no_store(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root, store = write_recording(tmp_path / "office"), tmp_path / "new.cgdb"
+    assert main(["map", str(root), "--into", str(store), *words]) == 2
+    assert "error: " in capsys.readouterr().err
+    assert not store.exists()
+
+
+def test_a_finished_map_is_not_said_to_be_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root, store = write_recording(tmp_path / "office"), tmp_path / "house.cgdb"
+    assert main(["map", str(root), "--into", str(store), "--quiet"]) == 0
+    assert main(["map", str(root), "--into", str(store), "--resume"]) == 2
+    assert "the map 'office' is finished" in capsys.readouterr().err
+    assert main(["map", str(root), "--into", str(store), "--resume", "--name", "hall"]) == 2
+    assert "there is no map 'hall' to go on with" in capsys.readouterr().err
+
+
 def moved_recording(root: Path, pose: np.ndarray) -> Path:
     """The recording, in coordinates in which the map's origin is elsewhere."""
     write_recording(root)
