@@ -54,12 +54,15 @@ def kept(path: Path, *, resume: bool) -> Iterator[Kept]:
     """The answers in a file, begun anew or gone on with. UsageError where it cannot be written or is something else."""
     known = _read(path) if resume else {}
     try:
-        with path.open("a" if resume else "w", encoding="utf-8") as file:
-            yield Kept(file, known)
+        file = path.open("a" if resume else "w", encoding="utf-8")
     except IsADirectoryError:
         raise UsageError(f"{path} is a folder", hint="--save takes a file") from None
     except FileNotFoundError:
         raise UsageError(f"there is no folder {path.parent}") from None
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror or error}", hint="--save FILE") from None
+    with file:
+        yield Kept(file, known)
 
 
 def _read(path: Path) -> dict[Key, Outcome]:

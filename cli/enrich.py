@@ -51,6 +51,8 @@ def caption(options: Namespace) -> int:
         )
         estimate = work.estimate()
         told = f"{estimate.objects:,} objects; {estimate.pending:,} to caption, {estimate.known:,} known"
+        if estimate.objects and not (estimate.pending or estimate.known or estimate.bare or options.again):
+            told += ": they have captions, or are background (--again: also what has a caption)"
         if estimate.bare:
             told += f", {estimate.bare:,} without pictures"
         return _done(

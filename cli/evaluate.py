@@ -48,6 +48,7 @@ def retrieval(options: Namespace) -> int:
             _say(f"{number}/{len(maps)} {name}: {len(queries)} queries", options)
             found[name] = _one_map(path, name, queries, ways, helpers, saved, options)
     every: Results = {way: [pair for results in found.values() for pair in results[way]] for way in ways}
+    _tell_failures(every)
     parts = {"all maps" if len(maps) > 1 else maps[0][0]: every}
     if options.per_map and len(maps) > 1:
         parts = {**found, **parts}
@@ -66,6 +67,16 @@ def retrieval(options: Namespace) -> int:
         _print([line for way in ways for line in scores(way, results[way])])
     _say(f"every answer is in {options.save}", options)
     return 0
+
+
+def _tell_failures(results: Results) -> None:
+    """Say why, once for each way: a row of noughts in the table does not."""
+    for way, pairs in results.items():
+        errors = [outcome.error for _, outcome in pairs if outcome.error is not None]
+        if errors:
+            sys.stderr.write(
+                f"note: {way}: {len(errors)} of {len(pairs)} queries failed; the first: {render.clean(errors[0])}\n"
+            )
 
 
 def _one_map(

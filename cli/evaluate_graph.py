@@ -37,9 +37,13 @@ def graph(options: Namespace) -> int:
 def _score(scenes: Sequence[Chosen], options: Namespace) -> int:
     from cgdb.ingest.evaluation.annotated import read_annotated
     from cgdb.ingest.evaluation.graph import evaluate_graph
+    from cgdb.storage.ledger import FILE
 
     scores: list[tuple[str, GraphScore]] = []
     for one, path in paired(scenes, options.truth):
+        if (Path(path) / FILE).exists():
+            hint = f"cgdb export {path} -o truth.json, then --truth truth.json"
+            raise UsageError(f"{path} is a store, and the truth is a file", hint=hint)
         truth = read_annotated(path)
         scene = one.read()
         say(f"{one.name}: {len(truth.objects)} annotated objects, {len(truth.relations)} relations", options.quiet)

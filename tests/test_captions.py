@@ -271,3 +271,8 @@ def test_the_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Mon
         assert (record["objects_with_a_new_caption"], record["of_them_invalid"], record["usage"]["calls"]) == (3, 1, 9)
         assert "3 objects with a new caption, 1 of them invalid (room revision 2); 9 calls" in told.err
         assert main(["caption", str(db.path), "--workers", "0"]) == 2
+        with cgdb.open(db.path) as again:
+            again.add(SceneGraph(name="told", objects=(SceneObject(id=1, tag="cup", caption="a cup"),)))
+        capsys.readouterr()
+        assert main(["caption", str(db.path), "--scene", "told", "--dry-run"]) == 0
+        assert "they have captions, or are background (--again" in capsys.readouterr().err

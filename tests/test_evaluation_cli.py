@@ -211,6 +211,7 @@ def test_people_fill_in_a_sheet(stores: tuple[str, str], tmp_path: Path, capsys:
         (("semseg", "GOOD", "--truth", "TRUTHS", "--encoder", "clip=nonsense"), 9, "no encoder"),
         (("graph", "GOOD"), 2, "--truth, --sheet and --verdicts"),
         (("graph", "GOOD", "--truth", "TRUTHS/good.npz"), 5, "good.npz"),
+        (("graph", "GOOD", "--truth", "GOOD"), 2, "is a store, and the truth is a file"),
         (("graph", "GOOD", "--verdicts", "none.json"), 2, "no sheet none.json"),
         (("graph", "GOOD", "--truth", "TRUTHS/good.npz", "--same", "on"), 5, "good.npz"),
     ],

@@ -47,6 +47,11 @@ def written(folder: Path, *maps: str) -> list[str]:
         (["eval", "retrieval", "--judgements", "{tmp}/lost.json"], 2, "none of the maps"),
         (["eval", "retrieval", "{flat_json}", "--judgements", "{tmp}/lost.json"], 2, "no queries"),
         (["eval", "retrieval", "--judgements", "{tmp}/good.json", "--save", "{tmp}/no/x"], 2, "no folder"),
+        (
+            ["eval", "retrieval", "--judgements", "{tmp}/good.json", "--save", "{tmp}/map.json/x"],
+            2,
+            "cannot be written",
+        ),
         (["eval", "retrieval", "--judgements", "{tmp}/good.json", "--ways", "embedding+cross"], 2, "a cross-encoder"),
         (["eval", "retrieval", "--judgements", "{tmp}/good.json", "--save", "{tmp}/odd.json", "--resume"], 2, "line 1"),
     ],
@@ -65,6 +70,18 @@ def test_bad_input_is_one_clear_error(
     assert out == ""
     assert words in err
     assert "Traceback" not in err
+
+
+def test_what_failed_is_said_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    query = {"id": "a", "kind": "k", "query": "a sofa", "relevant": {"1": 2}}
+    (tmp_path / "map.json").write_text(json.dumps([{"id": 1, "caption": "a sofa"}]))
+    (tmp_path / "good.json").write_text(json.dumps({"map.json": [query]}))
+    words = ["--judgements", str(tmp_path / "good.json"), "--save", str(tmp_path / "a.jsonl")]
+    assert main(["eval", "retrieval", *words, "--ways", "words,clip", "--quiet", "--json"]) == 0
+    out, err = capfd.readouterr()
+    assert {line["way"] for line in json.loads(out)} == {"words", "clip"}
+    assert err.count("note: ") == 1
+    assert "note: clip: 1 of 1 queries failed; the first: " in err
 
 
 def test_an_evaluation_of_every_way(
