@@ -63,6 +63,9 @@ class Answer:
     reranked: bool = False
     reranker: str | None = None
 
+    def __str__(self) -> str:
+        return self.explanation
+
     def __len__(self) -> int:
         return len(self.result.rows)
 

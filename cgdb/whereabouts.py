@@ -13,8 +13,8 @@ Run = Callable[[ast.Query], Result]
 
 CatalogOf = Callable[[str], Catalog]
 
-_TELLING = ("in", "inside", "on", "on top of", "attached to", "under", "above", "next_to", "next to", "near")
-"""Relations that say where something is, the most telling first."""
+_TELLING = (("in", "inside", "on", "on top of", "attached to"), ("under", "above"), ("next_to", "next to"), ("near",))
+"""Relations that say where something is, the most telling first; of equally telling ones the surer says it."""
 _STRUCTURE = frozenset(("wall", "floor", "ceiling", "room"))
 """What everything is near."""
 MOST = 2
@@ -57,7 +57,8 @@ def _rooms(node: StoredNode, catalog: Catalog, run: Run) -> list[Fact]:
 
 
 def _beside(node: StoredNode, catalog: Catalog, run: Run) -> list[Fact]:
-    known = tuple(name for name in _TELLING if ("Object", "Object") in catalog.relations.get(name, {}))
+    rank = {name: i for i, names in enumerate(_TELLING) for name in names}
+    known = tuple(name for name in rank if ("Object", "Object") in catalog.relations.get(name, {}))
     if not known:
         return []
     edge = ast.EdgePattern(variable="r", labels=known)
@@ -66,15 +67,15 @@ def _beside(node: StoredNode, catalog: Catalog, run: Run) -> list[Fact]:
     found = [(row[0], row[1], row.score) for row in rows if row.fits]
     best = sorted(
         (
-            (known.index(r.label), -score, r, b)
+            ((rank[r.label], -r.confidence, -score), r, b)
             for r, b, score in found
             if isinstance(r, StoredRelation) and isinstance(b, StoredNode)
         ),
-        key=lambda one: one[:2],
+        key=lambda one: one[0],
     )
-    best = [one for one in best if (one[3].tag or "").casefold() not in _STRUCTURE] or best
-    told = [one for one in best if one[0] == best[0][0]][:MOST]
-    return [Fact(what=r.label, value=str(b), objects=(node, b)) for _, _, r, b in told]
+    best = [one for one in best if (one[2].tag or "").casefold() not in _STRUCTURE] or best
+    told = [one for one in best if one[1].label == best[0][1].label][:MOST]
+    return [Fact(what=r.label, value=str(b), objects=(node, b)) for _, r, b in told]
 
 
 def _subject(node: StoredNode) -> ast.NodePattern:

@@ -15,6 +15,8 @@ def parse(data: bytes | str) -> Any:
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
     except UnicodeDecodeError as error:
+        if b"\x00" in error.object[:4096] and not error.object.startswith((b"\xff\xfe", b"\xfe\xff")):
+            raise FormatError("this is no text: a picture, a point cloud or another binary file") from error
         raise FormatError(
             f"this is not UTF-8 text: byte {error.start} is 0x{error.object[error.start]:02x}",
             hint="save the file as UTF-8",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -25,11 +26,27 @@ def data() -> Path:
 
 
 @pytest.fixture
-def no_model(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Neither the settings nor the memory of whoever runs the tests: no language model is configured."""
+def no_model(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """Neither the settings nor the memory of whoever runs the tests: no language model is configured.
+
+    What a test connects to is closed behind it: a failed call may leave its connection to the garbage collector.
+    """
     for name in ("BASE_URL", "MODEL", "API_KEY", "TIMEOUT", "DEADLINE", "WAY"):
         monkeypatch.delenv(f"CGDB_LLM_{name}", raising=False)
     for name in ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "http_proxy", "https_proxy", "all_proxy"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    from cgdb.model.llm_http import OpenAITransport
+
+    connected: list[OpenAITransport] = []
+    connect = OpenAITransport._connect
+
+    def remembered(transport: OpenAITransport) -> None:
+        connect(transport)
+        connected.append(transport)
+
+    monkeypatch.setattr(OpenAITransport, "_connect", remembered)
+    yield
+    for transport in connected:
+        transport.close()

@@ -560,7 +560,7 @@ def test_what_is_no_archive(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="damaged, or no archive"):
         open_recording(path)
     (tmp_path / "notes.txt").write_text("hello")
-    with pytest.raises(FormatError, match="no known layout"):
+    with pytest.raises(FormatError, match="no recording of a known layout"):
         open_recording(tmp_path / "notes.txt")
 
 
@@ -730,7 +730,7 @@ def test_a_layout_without_a_size_has_its_intrinsics_checked_too(tmp_path: Path) 
 def test_a_bad_recording_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="no such recording"):
         open_recording(tmp_path / "nowhere")
-    with pytest.raises(FormatError, match="no known layout"):
+    with pytest.raises(FormatError, match="no recording of a known layout"):
         open_recording(tmp_path)
     with pytest.raises(UsageError, match="no layout 'replika'") as raised:
         open_recording(tmp_path, layout="replika")

@@ -32,6 +32,7 @@ TABLE: list[tuple[str, bytes, str]] = [
     ("white space", b" \n\n ", "the file is empty"),
     ("truncated gzip", truncated_gzip(), "truncated"),
     ("damaged gzip", b"\x1f\x8b\x08\x00" + b"\xff" * 60, "damaged"),
+    ("a picture", b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR\xff", "this is no text: a picture"),
     ("not UTF-8", b'[{"id": 1, "caption": "\xff\xfe"}]', "not UTF-8 text: byte 23"),
     ("UTF-16", '[{"id": 1}]'.encode("utf-16"), "not UTF-8"),
     ("a picture", b"\x89PNG\r\n\x1a\n" + bytes(50), "not"),

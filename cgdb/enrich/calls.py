@@ -76,10 +76,11 @@ def each(
             except BaseException as error:  # noqa: BLE001  it is raised again in the thread that waits for answers
                 problem = error
             done.put((item, answer, meter.usage, problem))
+            del answer, problem  # an error holds this frame, which must not hold the error
 
     source = iter(items)
     out = failures = workers = 0
-    first = True
+    first, served = True, False
     try:
         for item in islice(source, pace.workers):
             if not out:
@@ -95,12 +96,15 @@ def each(
             failures = 0 if problem is None else failures + 1
             if problem is not None and (hopeless(problem, first=first) or failures >= MOST_FAILURES):
                 raise problem
-            first = False
+            first, served = False, served or problem is None
             for following in islice(source, 1):
                 work.put((following,))
                 out += 1
             yield Answered(item, answer, usage)
+            if problem is not None and not out and not served:
+                raise problem  # not one of all was answered: it is not the questions
     finally:
+        problem = None
         stopped.set()
         for _ in range(workers):
             work.put(None)  # a thread that waits for an item for ever would keep the model and the store

@@ -271,7 +271,7 @@ class Degrees:
         if found is None:
             self.warnings[
                 f"the features '{space.name}' were left out: scene '{self._view.info.name}' does not say what encoder "
-                "made them"
+                f"made them (if you know: --encoder {space.name}=open_clip:MODEL:WEIGHTS, or space_encoders in Python)"
             ] = None
         return found
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -25,6 +26,7 @@ class OpenAITransport:
         self._where = settings.base_url
         self._package: Any = None
         self._client: Any = None
+        self._lock = threading.Lock()
 
     def _connect(self) -> None:
         """MissingExtraError where the package is not installed: only now, so that without it all else works."""
@@ -44,10 +46,17 @@ class OpenAITransport:
             timeout=self._settings.timeout,
         )
 
+    def close(self) -> None:
+        """Give the connections back; the next request makes new ones."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
     def send(self, path: str, body: Mapping[str, Any] | None, seconds: float) -> Response:
         """One request; seconds is for all of it, however slowly it comes."""
-        if self._client is None:
-            self._connect()
+        with self._lock:  # several questions may be the first
+            if self._client is None:
+                self._connect()
         started = time.monotonic()
         try:
             if path == "models":

@@ -192,7 +192,10 @@ def open_recording(
                 shots = [replace(shot, lens=None) for shot in found.shots]
                 found = replace(found, K=np.asarray(lens, np.float64), shots=shots)
             return checked(found if depth_scale is None else replace(found, depth_scale=depth_scale))
-    raise FormatError(f"{root}: is a recording of no known layout", hint=f"known are {', '.join(LAYOUTS)}")
+    raise FormatError(
+        f"{root} is no recording of a known layout",
+        hint=f"known are {', '.join(LAYOUTS)}; a map that was made elsewhere goes to cgdb import",
+    )
 
 
 def checked(recording: Recording) -> Recording:
