@@ -41,6 +41,7 @@ SETS: Mapping[str, str] = {
     "development": "Other maps, development half",
     "report": "Other maps, report half",
     "held_out": "Other questions about other things, a third of them without an answer",
+    "outsider": "Questions of somebody who had not seen how they are understood",
 }
 """The files of benchmarks/queries, and what each holds."""
 BASELINE = "caption cosine (baseline)"

@@ -80,14 +80,16 @@ def rank(order: Sequence[str], grades: dict[str, int]) -> int:
     return next((i for i, name in enumerate(order) if grades.get(name) == 2), len(order) + 1000)
 
 
-def ask_judged(data: Path, folder: Path, file: Path, part: str) -> list[Outcome]:
-    """How the questions of one file of benchmarks/queries go."""
-    found = []
+def ask_judged(data: Path, folder: Path, file: Path, part: str) -> tuple[list[Outcome], list[Outcome]]:
+    """How the questions of one file of benchmarks/queries go: translated, and by the sentence embedding alone."""
+    found, alone, encoder = [], [], text_encoder()
     for name, judged in json.loads(file.read_text()).items():
         if part not in name:
             continue
         db, scene = store(folder, (ROOT if name.startswith("cli/") else data) / name)
-        ids = tuple(str(obj.id) for obj in db.scene(scene, features=False, clouds=False).objects)
+        objects = db.scene(scene, features=False, clouds=False).objects
+        ids = tuple(str(obj.id) for obj in objects)
+        captions = encoder.texts([obj.caption or obj.tag or "" for obj in objects])
         catalog, places = db.view(scene).catalog, rooms(db, scene)
         for query in judged:
             rows = db.query(translate(query["query"], catalog, places=places).text).rows
@@ -99,19 +101,25 @@ def ask_judged(data: Path, folder: Path, file: Path, part: str) -> list[Outcome]
             grades = np.asarray([query["relevant"].get(name, 0) for name in ids], dtype=np.int64)
             asked = Query(map=name, id=query["id"], kind=query["kind"], text=query["query"], ids=ids, grades=grades)
             found.append(outcome(asked, degree, fits))
+            cosines = captions @ encoder.texts([query["query"]])[0]
+            alone.append(outcome(asked, np.asarray(cosines, dtype=np.float32)))
         db.close()
-    return found
+    return found, alone
 
 
-def report_judged(title: str, outcomes: Sequence[Outcome]) -> None:
-    """Print the totals of one file of questions."""
+def report_judged(title: str, outcomes: Sequence[Outcome], alone: Sequence[Outcome]) -> None:
+    """Print the totals of one file of questions; alone: by the sentence embedding, which fits from 0.5."""
     rows = []
     for kind in (*dict.fromkeys(o.kind for o in outcomes), "all"):
         of_kind = [o for o in outcomes if kind in ("all", o.kind)]
         ranks = " ".join(f"{share:.2f}" for share in recall(of_kind))
         judged = str(sum(o.rank is not None for o in of_kind))
-        rows.append([kind, judged, ranks, fits_cell(of_kind), nothing_cell(of_kind)])
-    table(title, ["kind", "n", "R@1 R@2 R@3", "fits P / R", "nothing fits P / R (n)"], rows)
+        plain = [o for o in alone if kind in ("all", o.kind)]
+        plainly = " ".join(f"{share:.2f}" for share in recall(plain))
+        cells = [plainly, fits_cell(of_kind), fits_cell(plain), nothing_cell(of_kind), nothing_cell(plain)]
+        rows.append([kind, judged, ranks, *cells])
+    header = ["fits P / R", "embedding", "nothing fits P / R (n)", "embedding"]
+    table(title, ["kind", "n", "R@1 R@2 R@3", "embedding", *header], rows)
 
 
 def ask_all(data: Path, folder: Path, only: str | None, part: str) -> list[Asked]:
@@ -297,7 +305,8 @@ def main() -> int:
         return 2
     with folder_of_stores(options.stores) as folder:
         outcomes = ask_all(Path(data), folder, options.only, options.map)
-        homes, judged = [], {}
+        homes: list[AtHome] = []
+        judged: dict[str, tuple[list[Outcome], list[Outcome]]] = {}
         if options.only is None:
             files = {name: QUERIES / f"{name}.json" for name in SETS}
             judged = {name: ask_judged(Path(data), folder, file, options.map) for name, file in files.items()}
@@ -305,8 +314,8 @@ def main() -> int:
     if outcomes:
         report(outcomes)
     for name, found in judged.items():
-        if found:
-            report_judged(SETS[name], found)
+        if found[0]:
+            report_judged(SETS[name], *found)
     if homes:
         report_homes(homes, show=options.show)
     for o in outcomes if options.show else ():

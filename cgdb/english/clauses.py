@@ -11,7 +11,7 @@ from cgdb.english.intent import Asked, First, Located, Measured
 from cgdb.english.lookahead import Lookahead, all_generic, only_traits, says_use
 from cgdb.english.needs import is_story, remedy
 from cgdb.english.phrases import Phrases, Word, joined, stretch
-from cgdb.english.question_frames import MARKS, ending, opening, state_at_end
+from cgdb.english.question_frames import MARKS, PURPOSE, ending, opening, state_at_end
 from cgdb.meaning.lexicon import DEPICTIONS
 
 
@@ -52,6 +52,7 @@ class _Reader(Lookahead):
         self._outside: list[str] = []
         self._measured: list[Measured] = []
         self._first: First | None = None
+        self._state: str | None = None
 
     def read(self) -> Clause | None:
         forms = [word.form for word in self._all]
@@ -60,11 +61,15 @@ class _Reader(Lookahead):
         told = helps is not None or (begins.at == 0 and is_story(forms) and not cues.negations().at(self._all, 0))
         story = told and begins.form == "find" and not begins.use
         state = state_at_end(self._words, self._at)
+        self._state = None if state is None else state[1]
         if state is not None:
             self._words = self._words[: state[0]]
+        if self._prefix == PURPOSE:
+            # "So that nobody hears us" is one thing, whatever it denies.
+            self._wanted, self._at = list(self._words[self._at :]), len(self._words)
         while self._at < len(self._words):
             self._step()
-        asked = self._asked(None if state is None else state[1])
+        asked = self._asked(self._state)
         if not begins.bare and not story and asked == Asked(use=asked.use):
             return None
         if story:
@@ -164,12 +169,17 @@ class _Reader(Lookahead):
             self._excluded.append(self._said_behind())
             self._at = after
             return True
-        if how == "kind" and self._read_negated_place(after):
+        # "That does not stand at a table" speaks of where it is, unlike "who cannot stand noise".
+        stands = how == "deny" and self._past_connectors(after) > after
+        stands |= self._form_at(after - 1) == "stand" and cues.relations().at(self._words, after) is not None
+        if (how == "kind" or stands) and self._read_negated_place(after):
             return True
         end = self._excluded_end(after)
         if self._form_at(begin) == "nor" and not self._wanted and end >= len(self._words):
             end = self._nor_ends(after, end)
-        texts = [text for part in self._listed(after, end) if (text := self._bare_text(part))]
+        texts = [text for part in self._listed(after, end) if (text := self._of_these(part))]
+        if self._state is None and how in ("kind", "deny") and len(texts) == 1 and (state := _said_state(texts[0])):
+            self._state, texts = cues.OPPOSITE[state], []  # "that is not switched on"
         if how in ("kind", "deny") and (subject := self._taken_back(self._form_at(begin))):
             texts = [f"{subject} {text}" for text in texts]
         self._excluded.extend(texts)
@@ -178,6 +188,12 @@ class _Reader(Lookahead):
             # "What can I use instead of a hammer?": what does the same.
             self._prefix = f"something to use like a {texts[0]}"
         return True
+
+    def _of_these(self, part: Sequence[Word]) -> str:
+        """What is excluded, "the red one" being what is red: "red chair" would exclude the other chairs a little."""
+        text = self._bare_text(part)
+        bare, _, last = text.rpartition(" ")
+        return bare if bare and last.casefold() in ("one", "ones") else text
 
     def _nor_ends(self, begin: int, end: int) -> int:
         """Where what is excluded ends in "neither red nor blue cups": before the cups, which are wanted."""
@@ -205,7 +221,7 @@ class _Reader(Lookahead):
 
     def _read_negated_place(self, i: int) -> bool:
         """ "Not on the table", "not in the kitchen", "other than the one by the door"."""
-        while self._form_at(i) in ("the", "one", "ones", "that", "those", "is", "are"):
+        while self._form_at(i) in ("the", "one", "ones", "that", "those", "is", "are", "up", "down"):
             i += 1
         i = self._past_connectors(i)
         rooms, relations = len(self._inside), len(self._located)
@@ -335,6 +351,14 @@ class _Reader(Lookahead):
 def depicts(text: str) -> bool:
     """Whether a text names a picture of something: what is on something may be so in the picture only."""
     return any(a in DEPICTIONS and b in ("of", "showing", "with") for a, b in pairwise(text.casefold().split()))
+
+
+def _said_state(text: str) -> str | None:
+    """The state of "switched on", "open"; None of any other text."""
+    *before, last = text.casefold().split()
+    if last == "running" or not all(word in cues.STATE_FILLERS for word in before):
+        return None  # shoes "that are not for running"
+    return cues.STATES.get(last)
 
 
 def _without(form: str) -> str | None:

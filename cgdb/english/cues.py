@@ -8,7 +8,7 @@ from functools import lru_cache
 from cgdb.english.phrases import Phrases, listed
 
 _WHO = "i|we|you|one|someone|people|they|he|she"
-_MAY = "can|could|should|would|may|might|must|will|do"
+_MAY = "can|could|shall|should|would|may|might|must|will|do"
 
 # How a question begins. lead: says nothing; the others say what is asked, see cgdb.english.questions.
 _FRAMES: Mapping[str, str] = {
@@ -23,10 +23,13 @@ _FRAMES: Mapping[str, str] = {
         tell me more? about?, what|how about, i|we can|could not find, i|we have? lost, i|we do not know,
         which|what|any|one|all|some|each|every of the|these|those|my, all the|of|my?, every, each, the following,
         which|what objects|object|things|thing|items|item is|are, what else? is|are the?, what|which, who is,
-        this|that|it|he|she is, this|that looks like, these|those|they are, here is|are, there is|are, the?
+        whatever is|are?, whichever is|are?, this|that|it|he|she is, this|that looks like, these|those|they are, here
+        is|are, there is|are, the?
         image|picture|photo|object|item|thing|objects|things is|are|of|shows|show, a|an|the picture|photo showing, i
         see, i am thinking of, describe, is|are""",
-    "exists": """is|are there any|some?, do|can|did you have|see|find any|some?, is|are there not any|some?, does
+    "exists": """is|are there any|some?, do|does|did not|never i|we|you|they have|own|keep|see any|some?, has|have not
+        i|we|you|they got|seen? any|some?, is|are there not any|some?, is|are not there any|some?, do|does|did
+        i|we|you|they not have|own any|some?, do|can|did you have|see|find any|some?, is|are there not any|some?, does
         it|this|the have|contain any?, does the map|room|scene|house have|contain any?, any, got any, do|did we|i have
         any|some?, have i|we any|some?, have you got any?, is|are there any|some? of?""",
     "count": """how many of? the|these|those|my?, count all? of? the?, what|tell is? me? the number of, the? number
@@ -34,7 +37,7 @@ _FRAMES: Mapping[str, str] = {
         many, can you count all? the?""",
     "where": f"""where is|are, where did|have|has|do i|we|you put|left|leave|keep|see, where
         can|could|do|will|would|might {_WHO} find|see|get|locate|spot|look for?, where to find|look for?, where
-        exactly is|are, where would be|find, where the|my|our|your""",
+        exactly is|are, where would be|find, where the|my|our|your, wherever the|my|our|your?, wherever is|are""",
     "room": """in? which|what room|place|rooms is|are|has|have|can|do i|you|we? find|see?, which|what room|rooms
         contains|contain|has|have|holds, in? which|what room|rooms is|are there?""",
     "somewhere": f"""where {_MAY} {_WHO}, where to, where should|could|can it, where is|are a? good? place|spot? to,
@@ -48,11 +51,12 @@ _FRAMES: Mapping[str, str] = {
         object|thing|item|tool|one would|could|can|might|will help me|us|you|one|someone? to?, what helps me? to?,
         which|what one|object|thing|item is|are|would best|good|suitable|useful|used be? to|for, what works for,
         on|in|with which {_MAY} {_WHO}""",
-    "do": """let us, it? is? time to, want|need to, if|when i|we|you want|wanted|need|needed|have|had|wish to,
+    "do": """let us|me, it? is? time to, want|need to, if|when i|we|you want|wanted|need|needed|have|had|wish to,
         i|we|he|she want|need|wants|needs|have|has|must to, i|we must, i|we would like|love|want|need to, i|we am|are
         going to, i|we am|are trying to, i|we am|are about to, i|we plan|wish|hope|intend|try|have to, my
         friend|son|daughter|child|kid|wife|husband|mother|father|guest wants|needs|would like to, help me|us to?, i|we
         have got to, so that i|we can, i|we feel like, i|we can, can|could i|we""",
+    "purpose": "so that",
     "can": """what|which|who else? can|could|would|will|might|does, which|what thing|object|item|one|tool
         can|could|would|will|might|does""",
 }
@@ -63,7 +67,8 @@ TAILS = """do|would|should|can|could i|we need|use|take, are|is there, there are
         altogether, at all, right now, now, here, over? there, around here?, are they, is it, in|on|of this|the
         map|scene|image|picture|environment|area, in|of this|the room|house|apartment|flat|home|building|place, exist,
         available, somewhere, currently, if possible, do|does it|we|the|this|room|house have|contain|has, at the
-        moment, in here, present, in sight, is|are|be located|kept|stored|hidden, located"""
+        moment, in here, present, in sight, is|are|be located|kept|stored|hidden, located, has|have|is|are
+        got|gone|went to?"""
 
 # What does not exclude although it looks so.
 _NOT_NEGATIVE = """not only, not just, not sure, not necessarily, no matter, whether or not, why not, no idea, not to
@@ -84,7 +89,9 @@ _NEGATIONS: Mapping[str, str] = {
         has|have|had|contains|contain no, has|have no, i|we? would rather|prefer not to?, i|we? prefer not to?,
         nothing, none of, that|which|who is|are|were not, is|are|be not, it|this|they|these is|are not,
         good|better|suitable|nice|best? alternative|alternatives to, a|an substitute for, not any, and|but it|they
-        is|are not, other then, not being""",
+        is|are not, other then, not being, only|just|merely not|no|nothing, only|just nothing with,
+        and|but|though|although|only? i|we? do|does|did
+        not mean|count""",
     "behind": """is|are not an? option|allowed|available|possible|suitable|welcome|wanted|permitted|ok|okay, is|are
         out of the question, is|are forbidden|excluded|prohibited|banned, is|are off limits""",
     "instead": "instead of, in place of, in lieu of",
@@ -146,19 +153,20 @@ _CONNECTORS = """and? it|this|that|they|these|those|which is|are, that|which|who
 PARTICIPLES = listed(
     """sitting standing lying laying hanging placed located mounted leaning resting positioned situated found kept
     stored put set seen directly right just immediately currently arranged parked left sits stands lies rests
-    hangs being somewhere also both either all hidden laid hung pinned stacked"""
+    hangs being tucked pushed shoved wedged draped stuffed lives lived somewhere also both either all hidden laid hung
+        pinned stacked"""
 )
 
 # by: (function, from large to small). "z" is the height of the middle over the origin.
 _SUPERLATIVES: Mapping[tuple[str, bool], str] = {
     ("distance", False): "nearest, closest, most nearby, nearest by",
     ("distance", True): "farthest, furthest, most distant, farthest away, furthest away",
-    ("volume", True): "largest, biggest, greatest, bulkiest, most voluminous",
-    ("volume", False): "smallest, tiniest, littlest, most compact",
-    ("height", True): "tallest",
-    ("height", False): "shortest",
-    ("width", True): "longest, widest, broadest",
-    ("width", False): "narrowest",
+    ("volume", True): "largest, biggest, greatest, bulkiest, most voluminous, larger|bigger of the? two",
+    ("volume", False): "smallest, tiniest, littlest, most compact, smaller of the? two",
+    ("height", True): "tallest, taller of the? two",
+    ("height", False): "shortest, shorter of the? two",
+    ("width", True): "longest, widest, broadest, longer|wider of the? two",
+    ("width", False): "narrowest, narrower of the? two",
     ("depth", True): "deepest",
     ("depth", False): "shallowest, thinnest, slimmest",
     ("z", True): "highest, topmost, uppermost, highest up",
@@ -238,7 +246,7 @@ STRUCTURE = listed("wall walls floor floors ceiling ceilings ground room rooms c
 """What most maps leave out or hold as one lump: that an edge to it is missing says nothing."""
 PLACING = listed("""put place set hang lay stick mount install attach pour insert drop store leave hide add""")
 """Verbs that say where something goes: what follows them is not where the thing looked for is."""
-MODALS = listed("must can could should would will may might do does did")
+MODALS = listed("must can could shall should would will may might do does did")
 BEFORE_VERBS = MODALS | listed("to i we you")
 USE_MARKS = listed("to can could for used i that which where with someone")
 ASKING = listed("what find show bring can could give get which where how")
@@ -248,6 +256,19 @@ SEEKING = listed("find see know locate get have look fetch bring buy count show 
 STARTERS = listed("a an the some any my your our his her their this that these those its another one")
 PRONOUNS = listed("it them this that these those me you us him her one ones")
 EACH_OTHER = frozenset(("each other", "one another", "another one", "another", "others", "other ones"))
+
+
+INTERJECTIONS = """oh no, oh dear, oh my?, oh god, ah, aha, aw, ugh, argh, oops, whoops, ouch, ow, phew, wow, yikes,
+        hmm, hm,
+        um, uh, erm, er, eek, damn, darn, blimey, excuse me, sorry, pardon, listen, look here, right, alright, all
+        right,
+        yes, yeah, yep, hey there, hi there, good morning|evening|afternoon"""
+
+
+@lru_cache(maxsize=1)
+def interjections() -> Phrases[bool]:
+    """What people exclaim or say before they ask."""
+    return Phrases({True: INTERJECTIONS})
 
 
 @lru_cache(maxsize=1)

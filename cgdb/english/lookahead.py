@@ -13,13 +13,14 @@ from cgdb.meaning.knowledge import knowledge
 PREVIOUS = "what was found before"
 """The anchor that "it" and "them" stand for in a question that follows up another."""
 
-_WEIGHTLESS = listed("too very really quite so such any kind sort type of be being at all like as have to with for")
+_WEIGHTLESS = listed("got too very really quite so such any kind sort type of be being at all like as have to with for")
 _DANGLING = listed("and or but is are that which who of a an the there also preferably ideally has have")
 _LEFT_OVER = listed("in on at by with from it to")
 _NO_ANCHOR = listed("and or for with to but is are that which , can i we you")
 _AFTER_PLACE = listed("and or but that which is are to for please with what where")
 _AND = listed(", or nor and / &")
 
+_USERS = listed("i we you one people")
 _BEFORE = listed("it them there")
 _THAT = listed("that this these those it them")
 _ONES = listed("one ones thing things object objects")
@@ -217,7 +218,8 @@ def says_use(found: Sequence[Word]) -> bool:
     forms = [word.form for word in found]
     if any(form in cues.GENERIC for form in forms[:4]) and cues.USE_MARKS & set(forms[1:]):
         return True
-    return any(a == "to" or (a in ("that", "which") and b in ("can", "could")) for a, b in pairwise(forms[1:]))
+    said = [form for form in forms[1:] if form not in _USERS]
+    return any(a == "to" or (a in ("that", "which") and b in ("can", "could")) for a, b in pairwise(said))
 
 
 def only_traits(text: str) -> bool:

@@ -19,14 +19,14 @@ _HELP: Mapping[str, str] = {
     "have fun with": "bored boring boredom",
     "clean or wash with": "dirty muddy sticky greasy filthy stained stain",
     "dry off with": "wet soaked soaking drenched",
-    "keep dry in the rain": "rain raining rains rainy",
+    "keep dry in the rain": "rain raining rains rainy pouring drizzling drizzle",
     "block out noise": "noisy loud noise noises",
     "treat a wound": "bleeding bleed wound injured hurt burned",
-    "relieve pain": "headache sick pain fever ill",
+    "relieve pain": "headache toothache migraine sick pain fever ill killing throbbing ache aches aching sore",
     "mend a tear": "torn ripped rip tear",
     "repair things with": "broken broke loose",
     "sweep the floor": "dust dusty crumbs mess messy",
-    "block the sunlight": "sunny glare sunlight bright",
+    "block the sunlight": "sunny glare sunlight bright blinding blinds dazzling dazzles",
     "put out a fire": "fire burning flames",
     "write down notes": "forget remember",
     "charge a phone": "battery charge",
@@ -36,6 +36,9 @@ _REMEDY = {word: remedy for remedy, signs in _HELP.items() for word in signs.spl
 _TELLERS = listed("i we my our he she they his her their someone somebody there")
 
 
+_ARTICLES = listed("the this that these those")
+_FINITE = listed("is are was were has have had got went keeps does do will")
+_DESCRIBES = listed("that which who whose where with what")
 _CONJUNCTIONS = listed("when if because since as while whenever now that")
 _ASKED_TIME = (["what", "time"], ["how", "late"])
 _I_CUT = (["i", "cut"], ["i", "burned"], ["i", "burnt"])
@@ -52,9 +55,14 @@ def remedy(forms: Sequence[str]) -> str | None:
     if told[:2] in _I_CUT and "my" in told:
         return "treat a wound"
     if not told or not (
-        told[0] in _TELLERS or (told[0] == "it" and _is_weather(told)) or (told[0] == "the" and "too" in told)
+        told[0] in _TELLERS
+        or (told[0] == "it" and _is_weather(told))
+        or (told[0] == "the" and "too" in told)
+        or states(told)
     ):
         return None
+    if states(told):
+        told = told[_verb(told) :]  # "the wet towel is on the floor" tells of no rain
     return next((_REMEDY[word] for form in told for word in (form, singular(form)) if word in _REMEDY), None)
 
 
@@ -69,7 +77,18 @@ def _is_weather(forms: Sequence[str]) -> bool:
     return forms[1:2] in (["is"], ["was"], ["gets"]) and forms[2:3] not in (["a"], ["an"], ["the"])
 
 
+def states(forms: Sequence[str]) -> bool:
+    """Whether a clause tells how something is ("the knee of my jeans has ripped") and does not describe it."""
+    return bool(forms) and forms[0] in _ARTICLES and 1 < _verb(forms) < len(forms) - 1
+
+
+def _verb(forms: Sequence[str]) -> int:
+    """Where the verb of a clause stands; its end where none does, or where a clause of its own describes the thing."""
+    at = next((i for i, form in enumerate(forms) if form in _FINITE), len(forms))
+    return len(forms) if any(form in _DESCRIBES for form in forms[:at]) else at
+
+
 def is_story(forms: Sequence[str]) -> bool:
     """Whether a clause tells of somebody ("my laptop does not start") instead of asking."""
     told = _told(forms)
-    return bool(told) and told[0] in _TELLERS - {"there"}
+    return bool(told) and (told[0] in _TELLERS - {"there"} or (states(told) and remedy(told) is not None))

@@ -8,10 +8,22 @@ from dataclasses import dataclass
 from cgdb.english import cues
 from cgdb.english.intent import Form
 from cgdb.english.phrases import Word, listed
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.lexicon import FUNCTION_WORDS
 
 MARKS = frozenset('.,;:?!()/"')
+PURPOSE = "something so that"
 
 _BARE_USES = listed("use take do need try get grab have go now then instead wear")
+_PARTICLES = listed("up on off out away down back in")
+_OF_NOUNS = listed("this my our your his her their a an the some")
+_NO_ORDERS = frozenset(
+    ("not", "no", "all", "both", "what", "which", "whose", "like", "than", "such", "half", "many", "there")
+)
+_WHATEVER = ("wh", "how")
+_ASK_BEFORE = listed("how whether if what")
+_SPEAKERS = listed("i we my our he she they it there what where who how can could")
+_WHOM = listed("me us you him her them someone somebody people one")
 _MEALS = listed("breakfast lunch dinner supper dessert brunch snack")
 
 
@@ -55,25 +67,66 @@ def opening(found: Sequence[Word], start: int = 0) -> Opening:
             if prefix or following is None or following in ("not", "a", "an", "the"):
                 break
             object_of = found[at + length + 1].form if at + length + 1 < len(found) else ""
-            if following in cues.SEEKING and object_of not in ("better", "clearly", "in"):
+            if following in cues.SEEKING and object_of not in {"better", "clearly", "in"} | _ASK_BEFORE:
                 length += 1  # "I want to find my keys": the wish says nothing
             else:
                 prefix, wish = "something to", True
-        elif frame in ("somewhere", "use", "can"):
+        elif frame in ("somewhere", "use", "can", "purpose"):
             if prefix or (frame == "can" and following in (None, "be", "not", "i", "we", "you")):
                 break
             last = found[at + length - 1].form
             prefix = "somewhere to" if frame == "somewhere" else "something for" if last == "for" else "something to"
+            prefix = PURPOSE if frame == "purpose" else prefix
         elif prefix:
             break
         else:
             form = frame
         at += length
+    if not prefix and form == "find" and orders(found, at):
+        prefix = "something to"  # "trim the hedge" asks for what one trims it with
     left = [word.form for word in found[at:] if word.form not in MARKS]
     if prefix and left[:1] == ["have"] and _MEALS & set(left):
         prefix, at = "something to eat", at + 1  # "what can I have for dinner"
     bare = bool(prefix) and all(word in _BARE_USES for word in left)
     return Opening(at=at, form=form, prefix=prefix, bare=bare, wish=wish)  # type: ignore[arg-type]
+
+
+def without_asides(found: Sequence[Word]) -> tuple[Word, ...]:
+    """The words without what is exclaimed before the question ("oh no, ..."), or "for me" in "for me to eat"."""
+    at = 0
+    while at < len(found):
+        if found[at].form in MARKS:
+            at += 1
+            continue
+        hit = cues.interjections().at(found, at)
+        following = found[at + hit[0]].form if hit is not None and at + hit[0] < len(found) else ""
+        if hit is None or not (following in MARKS or following in _SPEAKERS):
+            break
+        at += hit[0]
+    kept = found[at:]
+    skipped = {
+        j for i, word in enumerate(kept[:-2]) for j in (i, i + 1) if _for_whom([w.form for w in kept[i : i + 3]])
+    }
+    return tuple(word for i, word in enumerate(kept) if i not in skipped)
+
+
+def _for_whom(forms: Sequence[str]) -> bool:
+    return forms[0] == "for" and forms[1] in _WHOM and forms[2] == "to"
+
+
+def orders(found: Sequence[Word], at: int) -> bool:
+    """Whether a clause bids to do something ("chuck this away", "heat up my soup"): a verb stands before "this"."""
+    forms = [word.form for word in found[at : at + 4]]
+    if len(forms) < 3 or not forms[0].isalpha() or forms[0] in FUNCTION_WORDS | cues.SEEKING | _NO_ORDERS:
+        return False
+    if forms[0].startswith(_WHATEVER):
+        return False
+    if any(table.at(found, at) for table in (cues.negations(), cues.relations(), cues.frames(), cues.superlatives())):
+        return False
+    behind = 2 if forms[1] in _PARTICLES else 1
+    if behind == 2 and knowledge().things_named(forms[0]):
+        return False  # "a book on the table"
+    return forms[behind] in _OF_NOUNS and behind + 1 < len(forms)
 
 
 def begins_question(found: Sequence[Word], i: int) -> bool:

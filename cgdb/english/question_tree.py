@@ -12,9 +12,10 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cgdb.english import cues, relation_names
+from cgdb.english import caption_words, cues, relation_names
 from cgdb.english import tree_parts as parts
 from cgdb.english.affordances import PROPERTY, Affordance, affordance_of
+from cgdb.english.anchor_kinds import compound, is_structure, same_kind
 from cgdb.english.clauses import depicts
 from cgdb.english.intent import Asked, Located, Measured, Setting
 from cgdb.english.lookahead import PREVIOUS
@@ -211,12 +212,33 @@ class _Writer:
             located = tuple(one for one in asked.located if one not in back)
             asked = replace(asked, located=located, measured=(*asked.measured, *near))
         if asked.located and not relation_names.related(self.catalog):
+            asked = self._by_captions(asked)
+        if asked.located and not relation_names.related(self.catalog):
             denied = tuple(located.text for located in asked.located if located.negated)
             wanted = _whole(asked.wanted, asked.located)
             said = ", ".join(located.text for located in asked.located)
             self.assumed.append(f"{said}: the map holds no relations, so the words decide")
             asked = replace(asked, wanted=wanted, located=(), excluded=(*asked.excluded, *denied))
         return asked
+
+    def _by_captions(self, asked: Asked) -> Asked:
+        """Where there are no relations: what is not so placed, and what something that is not named is at.
+
+        The words of "not on the table" would only exclude tables, and those of "whatever is on the table" find them.
+        """
+        left: list[Located] = []
+        for one in asked.located:
+            told = self._told(one, [anchor for anchor in one.anchors if anchor])
+            if not told or (asked.wanted and not one.negated):
+                left.append(one)
+            elif one.negated:
+                self._ask(ast.Not(item=parts.any_of(told)), f"it is {one.text}", f"not {one.text}, by the captions")
+            else:
+                others = [ast.Not(item=similar(anchor)) for anchor in one.anchors]
+                self._ask(parts.all_of([*told, *others]), f"not {one.text}", f"{one.text}, by the captions")
+        if len(left) < len(asked.located):
+            self.assumed.append("the map holds no relations, so the words of the captions decide what is where")
+        return replace(asked, located=tuple(left))
 
     def _place_label(self) -> str | None:
         """The label of rooms, where the store holds any."""
@@ -272,9 +294,17 @@ class _Writer:
         side = f"with {' and '.join(anchors)} {says} it" if located.inverse else f"{says}: {' and '.join(anchors)}"
         self._say(f"not {side}" if located.negated else side)
         if located.negated:
-            kinds = [similar(kind) for anchor in anchors if (kind := _compound(self.wanted, anchor))]
-            return ast.Not(item=parts.any_of([*(self._edge(located, anchor) for anchor in anchors), *kinds]))
+            kinds = [similar(kind) for anchor in anchors if (kind := compound(self.wanted, anchor))]
+            edges = (self._edge(located, anchor) for anchor in anchors)
+            return ast.Not(item=parts.any_of([*edges, *kinds, *self._told(located, anchors)]))
         return parts.all_of([self._softly(asked, located, anchor, before) for anchor in anchors])
+
+    def _told(self, located: Located, anchors: Sequence[str]) -> list[ast.Expression]:
+        """That the captions say it, where they tell where things are."""
+        if not self.setting.tells or located.inverse or PREVIOUS in anchors:
+            return []
+        said = (caption_words.places(located.name, anchor) for anchor in anchors if not same_kind(self.wanted, anchor))
+        return [one for one in said if one is not None]
 
     def _by_side(self, located: Located) -> Located:
         """Left, right, front and behind as the map says them; where it does not, only that it is close by."""
@@ -297,14 +327,16 @@ class _Writer:
         if not self.wanted or anchor == PREVIOUS:
             return parts.any_of(said)
         whole = similar(_whole(self.wanted, asked.located))
-        if kind := _compound(self.wanted, anchor):
+        if kind := compound(self.wanted, anchor):
             return parts.any_of([*said, similar(kind)])
         if not self.setting.tells:
             return parts.any_of(said)
-        if _is_structure(anchor) or _same_kind(self.wanted, anchor) or depicts(self.wanted):
+        if is_structure(anchor) or same_kind(self.wanted, anchor) or depicts(self.wanted):
             return parts.any_of([*said, whole])
         touching = pattern(subject_node(), relation_names.touching(self.catalog, located.name), self._meant(anchor))
-        return parts.any_of([*said, parts.all_of([parts.any_of([touching, similar(anchor)]), whole])])
+        told = caption_words.places("" if located.inverse else located.name, anchor)
+        hints = [touching, similar(anchor), *([told] if told is not None else [])]
+        return parts.any_of([*said, parts.all_of([parts.any_of(hints), whole])])
 
     def _edge(self, located: Located, anchor: str) -> ast.Expression:
         edge = relation_names.edge(self.catalog, located.name, inverse=located.inverse)
@@ -379,23 +411,3 @@ def _squeezed(name: str) -> str:
 def _whole(wanted: str, located: Sequence[Located]) -> str:
     """What is wanted with where it is, as it was written."""
     return cut(" ".join((wanted, *(part.text for part in located if not part.negated))))
-
-
-def _is_structure(anchor: str) -> bool:
-    found = words(anchor)
-    return bool(found) and found[-1].form in cues.STRUCTURE
-
-
-def _compound(wanted: str, anchor: str) -> str | None:
-    """ "Ceiling lamps" for lamps on the ceiling, where that is a kind of its own."""
-    if not _is_structure(anchor):
-        return None
-    kind = f"{singular(words(anchor)[-1].form)} {wanted}"
-    named = knowledge().things_named(kind)
-    return kind if named and named != knowledge().things_named(wanted) else None
-
-
-def _same_kind(wanted: str, anchor: str) -> bool:
-    """Whether both are of one kind ("a chair next to a chair"): being one says nothing of being near one."""
-    one, other = knowledge().facets(wanted).kinds, knowledge().facets(anchor).kinds
-    return wanted == anchor or bool(set(one) & set(other))

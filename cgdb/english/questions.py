@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from cgdb.english.antecedents import resolved
 from cgdb.english.clauses import Clause, read
 from cgdb.english.cues import PRONOUNS, STARTERS
 from cgdb.english.intent import Asked, Located
 from cgdb.english.lookahead import PREVIOUS
 from cgdb.english.phrases import Phrases, Word, cleaned, joined, stretch, words
-from cgdb.english.question_frames import MARKS, begins_question
+from cgdb.english.question_frames import MARKS, begins_question, without_asides
 from cgdb.english.question_heads import head, in_each_scene, is_polar, without_auxiliary
 
 MOST_WORDS = 200
@@ -33,7 +34,9 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
     previous: something was found before, which "it" and "them" may mean.
     """
     text = cleaned(question)
-    found = words(text)
+    out = _written_out(text)
+    back, text = out != text, out
+    found = without_asides(words(text))
     notes: tuple[str, ...] = ()
     if len(found) > MOST_WORDS:
         found, notes = found[:MOST_WORDS], (f"only the first {MOST_WORDS} words were read",)
@@ -41,7 +44,7 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
 
     def read_all(some: Sequence[Word]) -> Asked:
         parts = [read(text, clause, names, previous=previous) for clause in _clauses(some)]
-        return _together([part for part in parts if part is not None])
+        return _together([part for part in parts if part is not None], back=back)
 
     asked = _headed(text, found, read_all, previous=previous)
     if asked is None:
@@ -55,6 +58,12 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
         if previous and (bare or asked.wanted.casefold() in _BACK):
             asked = replace(asked, wanted=PREVIOUS)
     return replace(asked, notes=notes)
+
+
+def _written_out(text: str) -> str:
+    """The text with what "it" stands for in its own first clause."""
+    found = words(text)
+    return resolved(text, _clauses(without_asides(found))) or text if len(found) <= MOST_WORDS else text
 
 
 def _headed(
@@ -117,8 +126,11 @@ def _clauses(found: Sequence[Word]) -> list[tuple[Word, ...]]:
     return [part for part in parts if any(word.form not in MARKS for word in part)]
 
 
-def _together(parts: Sequence[Clause]) -> Asked:
-    """The clauses of a question as one: what is wanted from the one that asks, exclusions and places from all."""
+def _together(parts: Sequence[Clause], *, back: bool) -> Asked:
+    """The clauses of a question as one: what is wanted from the one that asks, exclusions and places from all.
+
+    back: the one that asks speaks of what another tells, and so is no mere reason.
+    """
     asks = [part for part in parts if not part.story]
     stories = [part for part in parts if part.story]
     helps = next((part.remedy for part in stories if part.remedy), None)
@@ -127,7 +139,7 @@ def _together(parts: Sequence[Clause]) -> Asked:
     if main is None:
         return Asked()
     asked = main.asked
-    if helps is not None and (named is None or named.wish):
+    if helps is not None and (named is None or (named.wish and not back)):
         # "It is raining and I have to go out" asks for what helps in the rain.
         asked = replace(asked, wanted=f"something to {helps}", use=True)
     elif named is None and not asked.wanted:

@@ -1,0 +1,29 @@
+"""What the thing is that something is placed to: a part of the building, or a thing of the wanted kind itself."""
+
+from __future__ import annotations
+
+from cgdb.english import cues
+from cgdb.english.phrases import words
+from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.words import singular
+
+
+def is_structure(anchor: str) -> bool:
+    """Whether it is a wall, a floor and the like, of which most maps say little."""
+    found = words(anchor)
+    return bool(found) and found[-1].form in cues.STRUCTURE
+
+
+def compound(wanted: str, anchor: str) -> str | None:
+    """ "Ceiling lamps" for lamps on the ceiling, where that is a kind of its own."""
+    if not is_structure(anchor):
+        return None
+    kind = f"{singular(words(anchor)[-1].form)} {wanted}"
+    named = knowledge().things_named(kind)
+    return kind if named and named != knowledge().things_named(wanted) else None
+
+
+def same_kind(wanted: str, anchor: str) -> bool:
+    """Whether both are of one kind ("a chair next to a chair"): being one says nothing of being near one."""
+    one, other = knowledge().facets(wanted).kinds, knowledge().facets(anchor).kinds
+    return wanted == anchor or bool(set(one) & set(other))
