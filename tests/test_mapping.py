@@ -381,18 +381,18 @@ def test_halves_of_a_thing_are_merged_and_different_things_are_not() -> None:
     assert tidy.merge(mapper.objects, mapper.voxels, mapper.opinions, how.tidying, how.consensus) == 0
     # A second object of the same look, with half of the table's voxels.
     table = next(i for i, obj in enumerate(mapper.objects.all) if obj.label == "table")
-    rows = np.flatnonzero((mapper.voxels.owners[: mapper.voxels.count] == table).any(axis=1)).astype(np.int32)
-    copy = dataclasses.replace(
-        mapper.objects.all[table], id=99, n=3, views=[], labels=mapper.objects.all[table].labels.copy()
-    )
-    mapper.objects.all.append(copy)
+    thing, other = mapper.objects.all[table], mapper.objects._born
+    rows = np.flatnonzero((mapper.voxels.owners[: mapper.voxels.count] == thing.id).any(axis=1)).astype(np.int32)
+    mapper.objects.all.append(dataclasses.replace(thing, id=other, n=3, views=[], labels=thing.labels.copy()))
+    mapper.objects._born += 1
     for sums in mapper.objects._sums.values():
         sums[before] = sums[table]
+    mapper.objects._units.clear()
     half = rows[::2]
-    mapper.voxels.vote(half, np.full(len(half), before, np.int32), np.full(len(half), 50, np.float32))
+    mapper.voxels.vote(half, np.full(len(half), other, np.int32), np.full(len(half), 50, np.float32))
     assert tidy.merge(mapper.objects, mapper.voxels, mapper.opinions, how.tidying, how.consensus) == 1
     assert len(mapper.objects) == before
-    assert mapper.voxels.owners[: mapper.voxels.count].max() < before
+    assert set(np.unique(mapper.voxels.owners[: mapper.voxels.count])) <= {-1, *(obj.id for obj in mapper.objects.all)}
 
 
 def test_voxels_are_found_wherever_they_are() -> None:

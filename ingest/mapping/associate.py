@@ -61,7 +61,7 @@ def associate(
         return matches
     room = np.array([obj.background for obj in objects.all], np.bool_)
     spatial = (
-        overlap(lifted, voxels, ~alone, ~room)
+        overlap(lifted, voxels, ~alone, objects.places(), ~room)
         if how.spatial == "overlap"
         else box_similarity(lifted, objects, voxels.size, how.spatial)
     )
@@ -123,32 +123,36 @@ def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic
     return cosine if kind == "cosine" else (cosine / 2 + 0.5).astype(np.float32)
 
 
-def overlap(lifted: Lifted, voxels: Voxels, wanted: NDArray[np.bool_], among: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """(k, n) float32 the share of each wanted detection's voxels that are, or touch, the object's. among (n,): the
-    objects that count.
+def overlap(
+    lifted: Lifted, voxels: Voxels, wanted: NDArray[np.bool_], places: Ints, among: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """(k, n) float32 the share of each wanted detection's voxels that are, or touch, the object's.
+
+    places: as Objects.places; among (n,): the objects that count.
 
     Every voxel knows whose it is, so this looks at the detections' voxels only: its cost does not depend on n.
     """
     n = len(among)
     chosen = np.flatnonzero(wanted.take(lifted.owner))
-    item, near = touching(voxels, lifted.rows.take(chosen), HELD, among)
+    item, near = touching(voxels, lifted.rows.take(chosen), HELD, places, among)
     shared = np.bincount(lifted.owner.take(chosen.take(item)) * n + near, minlength=len(lifted) * n)
     size = np.bincount(lifted.owner, minlength=len(lifted))
     return (shared.reshape(len(lifted), n) / size[:, None]).astype(np.float32)
 
 
 def touching(
-    voxels: Voxels, rows: Ints, share: float, among: NDArray[np.bool_]
+    voxels: Voxels, rows: Ints, share: float, places: Ints, among: NDArray[np.bool_]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs (which of rows, an object that is there or in a voxel that shares a face), each once, ascending.
 
-    An object is where this share of the sightings was its. among (n,): the objects that count.
+    An object is where this share of the sightings was its. places: as Objects.places; among (n,): the objects that
+    count.
     """
     around = voxels.around(rows).reshape(-1)
     there = np.flatnonzero(around >= 0)
     near, place = voxels.numbered(around.take(there))
     held = voxels.solid(near, share, 0.0)
-    owners = voxels.owners.take(near, axis=0)
+    owners = places.take(voxels.owners.take(near, axis=0), mode="wrap")
     held &= among.take(owners, mode="clip")
     objects = np.flatnonzero(np.bincount(owners[held], minlength=1))
     number = np.zeros(len(among), np.intp)

@@ -15,7 +15,7 @@ from cgdb.ingest.mapping.mapper import Mapper, Mapping, Session
 from cgdb.ingest.mapping.presence import Presence
 from cgdb.ingest.mapping.voxels import COLUMNS, SLOTS
 
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +107,8 @@ def _fill(mapper: Mapper, state: dict[str, Any], arrays: dict[str, Any]) -> None
     n = len(columns["cells"])
     if any(len(values) != n for values in columns.values()) or columns["owners"].shape != (n, SLOTS):
         raise ValueError
-    if n and int(columns["owners"].max()) >= len(state["objects"]["all"]):
+    known = [-1, *(one["id"] for one in state["objects"]["all"])]
+    if not np.isin(columns["owners"], known).all():
         raise ValueError
     mapper.voxels.fill(columns, arrays["free"])
     mapper.objects.fill(

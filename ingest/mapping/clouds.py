@@ -36,7 +36,9 @@ def scene_of(
         rows = clouds[at]
         if obj.n < how.least_detections or len(rows) < how.least_voxels:
             continue
-        features = {space: values[at] for space, values in units.items() if values is not None and values[at].any()}
+        features = {
+            space: values[at].copy() for space, values in units.items() if values is not None and values[at].any()
+        }
         made.append(scene_object(obj, rows, mapper.voxels, features, up, mapper.objects.crops))
     spaces = tuple(
         FeatureSpace(name=space, dimension=d, encoder=encoder) for space, d in mapper.objects.spaces().items()
@@ -60,7 +62,7 @@ def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
     """The voxels of each object, ascending: those that most of what was seen there says are its, in pieces of size."""
     voxels, how, n = mapper.voxels, mapper.how.tidying, len(mapper.objects)
     place, slot = np.nonzero(voxels.solid(slice(0, voxels.count), how.share, how.strength))
-    owner = voxels.owners[place, slot]
+    owner = mapper.objects.places()[voxels.owners[place, slot]]
     order = np.argsort(owner, kind="stable")
     place, owner = place[order], owner[order]
     whole = np.array([obj.background for obj in mapper.objects.all], np.bool_)

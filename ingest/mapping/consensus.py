@@ -57,10 +57,11 @@ class Opinions:
         one, two = np.triu_indices(len(shown), 1)
         unit = objects.unit(space)
         if unit is not None:
-            near = np.flatnonzero((unit[shown[one]] * unit[shown[two]]).sum(axis=1) >= how.alike)
+            looks = unit.take(shown, axis=0)
+            near = np.flatnonzero((looks @ looks.T)[one, two] >= how.alike)
             one, two = one[near], two[near]
-        inside = covered >= how.covered
-        together: NDArray[np.bool_] = np.asarray((inside[:, one] & inside[:, two]).any(axis=0))
+        inside = (covered >= how.covered).astype(np.float32)
+        together: NDArray[np.bool_] = (inside.T @ inside)[one, two] > 0
         mine, yours = covered.argmax(axis=0)[one], covered.argmax(axis=0)[two]
         most = covered.max(axis=0)
         apart = ~together & (mine != yours) & (most[one] >= 0.5) & (most[two] >= 0.5)
@@ -121,23 +122,24 @@ def _shown(
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """(the v objects that are well in view, (k, v) the share of what is visible of each that each mask covers)."""
     n = len(objects)
-    flags = np.zeros(voxels.count, np.bool_)
-    flags[lifted.mask_rows] = True
-    seen = np.flatnonzero(flags)
-    held = np.where(voxels.solid(seen, how.share, 0.0), voxels.owners[seen], -1)
-    visible = np.bincount(held[held >= 0], minlength=n)
-    least = [
-        np.inf if obj.background else how.visible * max((view.points for view in obj.views), default=0)
-        for obj in objects.all
-    ]
-    shown = np.flatnonzero((visible > 0) & (visible >= np.array(least)))
+    seen, place = voxels.numbered(lifted.mask_rows)
+    owners = objects.places().take(voxels.owners.take(seen, axis=0), mode="wrap")
+    held = np.where(voxels.solid(seen, how.share, 0.0), owners, -1)
+    visible = np.bincount(held.reshape(-1) + 1, minlength=n + 1)[1:]
+    shown = np.array(
+        [at for at in np.flatnonzero(visible).tolist() if _well(objects.all[at], visible[at], how)], np.intp
+    )
     number = np.full(n + 1, -1, np.int32)  # -1, nobody, is the last
     number[shown] = np.arange(len(shown), dtype=np.int32)
-    place = np.empty(voxels.count, np.int32)
-    place[seen] = np.arange(len(seen), dtype=np.int32)
-    thing = np.flatnonzero(~room[lifted.mask_owner])
-    of = number[held[place[lifted.mask_rows[thing]]]]
-    mask = np.broadcast_to(lifted.mask_owner[thing, None], of.shape)[of >= 0].astype(np.intp)
-    pairs = np.bincount(mask * len(shown) + of[of >= 0], minlength=len(lifted) * len(shown))
+    thing = np.flatnonzero(~room.take(lifted.mask_owner))
+    of = number.take(held, mode="wrap").take(place.take(thing), axis=0)
+    mask, slot = np.nonzero(of >= 0)
+    pair = lifted.mask_owner.take(thing.take(mask)).astype(np.intp) * len(shown) + of[mask, slot]
+    pairs = np.bincount(pair, minlength=len(lifted) * len(shown))
     covered = pairs.reshape(len(lifted), len(shown)) / visible[shown]
     return shown, covered
+
+
+def _well(obj: MapObject, visible: int, how: Consensus) -> bool:
+    """Whether enough of a thing is in view to say anything of it."""
+    return not obj.background and visible >= how.visible * max((view.points for view in obj.views), default=0)

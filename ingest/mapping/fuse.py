@@ -15,7 +15,7 @@ from cgdb.errors import FormatError
 from cgdb.ingest.detections.detections import Detections
 from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Crops, crop, packed
-from cgdb.ingest.mapping.lift import Lifted
+from cgdb.ingest.mapping.lift import STRONG, Lifted
 from cgdb.ingest.mapping.oriented import outermost
 from cgdb.ingest.mapping.voxels import Ints, Voxels
 
@@ -74,6 +74,8 @@ class Objects:
         self._born = 0
         self._renormalise = renormalise
         self._sums: dict[str, NDArray[np.float32]] = {}
+        self._units: dict[str, NDArray[np.float32]] = {}
+        self._changed: dict[str, set[int]] = {}
         self._background: dict[str, int] = {}
         self._room = 64
 
@@ -85,13 +87,29 @@ class Objects:
         return self._background.get(label)
 
     def unit(self, space: str) -> NDArray[np.float32] | None:
-        """(n, d) float32 the mean features, at unit length; None where no detection had any."""
+        """(n, d) float32 the mean features, at unit length, until the next change; None where no detection had any."""
         sums = self._sums.get(space)
         if sums is None:
             return None
-        rows = sums[: len(self.all)]
-        unit: NDArray[np.float32] = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
-        return unit
+        unit, changed = self._units.get(space), sorted(self._changed.get(space, ()))
+        if unit is None or len(unit) != len(sums):
+            unit, changed = np.zeros_like(sums), list(range(len(self.all)))
+            self._units[space] = unit
+        if changed:
+            rows = sums[changed]
+            unit[changed] = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+            self._changed[space] = set()
+        return unit[: len(self.all)]
+
+    def places(self) -> Ints:
+        """The position of each object by its id, -1 where there is none, and at the end, where -1 looks."""
+        found = np.full(self._born + 1, -1, np.int32)
+        found[self.ids(np.arange(len(self.all)))] = np.arange(len(self.all), dtype=np.int32)
+        return found
+
+    def ids(self, at: NDArray[np.integer]) -> Ints:
+        """The ids of the objects at positions (k,)."""
+        return np.array([self.all[i].id for i in at.tolist()], np.int32)
 
     def looks(self) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
         """The mean features of what the objects look like, and of what they are called."""
@@ -177,6 +195,7 @@ class Objects:
             self._sums[space] = np.zeros((self._room, len(feature)), np.float32)
         sums = self._sums[space]
         sums[at] += feature
+        self._changed.setdefault(space, set()).add(at)
         if self._renormalise:
             # The reference's variant: unit length after every fold, so that the sum is worth n of them again.
             sums[at] *= (n + 1) / max(float(np.linalg.norm(sums[at])), 1e-12)
@@ -184,6 +203,7 @@ class Objects:
     def _make_room(self, room: int) -> None:
         """Rows for so many objects in every matrix, also of objects that have no feature of a space."""
         self._room = room
+        self._units.clear()
         for space, sums in self._sums.items():
             made = np.zeros((room, sums.shape[1]), np.float32)
             made[: min(room, len(sums))] = sums[:room]
@@ -218,6 +238,8 @@ class Objects:
         sights_of = zip(poses, numbers, strict=True)
         self.all = [_object_of(value, sights_of) for value in record["all"]]
         self._born = int(record["born"])
+        if len({obj.id for obj in self.all}) < len(self.all) or not all(0 <= obj.id < self._born for obj in self.all):
+            raise ValueError("objects of one number, or of one that was never given")
         self._background = {str(label): int(at) for label, at in record["background"].items()}
         self._sums = {name: np.ascontiguousarray(values, np.float32) for name, values in sums.items()}
         if any(len(values) != len(self.all) for values in self._sums.values()):
@@ -244,7 +266,12 @@ class Objects:
         number = np.full(len(self.all) + 1, -1, np.int32)
         number[stays] = np.arange(len(stays), dtype=np.int32)
         names = np.where(into >= 0, number[into], -1).astype(np.int32)
-        voxels.rename(names)
+        gone = np.flatnonzero(into != np.arange(len(self.all))).tolist()
+        boxes = [voxels.within(self.all[i].low, self.all[i].high) for i in gone]
+        rows, _ = voxels.numbered(np.concatenate([np.zeros(0, np.int32), *boxes]))
+        taker = {self.all[i].id: -1 if into[i] < 0 else self.all[into[i]].id for i in gone}
+        if taker:
+            voxels.rename(rows, taker)
         self.all = [self.all[i] for i in stays.tolist()]
         self._sums = {space: sums[stays] for space, sums in self._sums.items()}
         self._make_room(max(64, 2 * len(stays)))
@@ -282,13 +309,17 @@ def _features(found: Detections) -> Iterator[tuple[str, NDArray[np.float32]]]:
 
 def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]:
     """The votes of a frame: rows ascending, the object, the strength; each pair once, at its strongest."""
-    key = (lifted.rows.astype(np.int64) << 31) | (went[lifted.owner].astype(np.int64) << 1) | (lifted.strength <= 1.0)
-    order = np.argsort(key)  # equal keys are equal votes
-    key = key[order]
+    # All that a vote is, as one number; of those of one object in one voxel the strongest comes first.
+    key = lifted.rows.astype(np.int64) << 32
+    key |= (went.astype(np.int64) << 1).take(lifted.owner)
+    key |= lifted.strength <= 1.0
+    key.sort(kind="stable")
     first = np.ones(len(key), np.bool_)
-    first[1:] = (key[1:] >> 1) != (key[:-1] >> 1)
-    chosen = order[first]
-    return lifted.rows[chosen], went[lifted.owner[chosen]], lifted.strength[chosen]
+    pair = key >> 1
+    np.not_equal(pair[1:], pair[:-1], out=first[1:])
+    key = key[first]
+    strength = np.where(key & 1, np.float32(1.0), np.float32(STRONG))
+    return (key >> 32).astype(np.int32), ((key >> 1) & 0x7FFFFFFF).astype(np.int32), strength
 
 
 def _record_of(obj: MapObject) -> dict[str, Any]:

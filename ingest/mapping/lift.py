@@ -85,15 +85,16 @@ def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: N
     if not len(pixels):
         return _nothing()
     points = unproject(frame, pixels)
-    rows, place = voxels.add_samples(points, frame.rgb.reshape(-1, 3)[pixels])
+    rows, place = voxels.add_samples(points, frame.rgb.reshape(-1, 3).take(pixels, axis=0))
     place_of = np.empty(frame.depth.size, np.int32)
     place_of[pixels] = place
     owner, place, strong = _distinct(picks, place_of, len(rows))
-    row = rows[place]
-    alone = ~_repeated(owner, place, strong, len(rows), found, how)
-    first = alone[owner]
-    owner, row, strong = owner[first], row[first], strong[first]
-    kept = pieces(owner, voxels.cells[row], whole, how)
+    row = rows.take(place)
+    repeated = _repeated(owner, place, len(rows), found, how)
+    if repeated.any():
+        first = ~repeated[owner]
+        owner, row, strong = owner[first], row[first], strong[first]
+    kept = pieces(owner, voxels.cells.take(row, axis=0), whole, how)
     return _lifted(len(picks), owner, row, strong, kept, voxels, how)
 
 
@@ -103,9 +104,12 @@ def usable_pixels(depth: Floats, how: Lifting) -> NDArray[np.bool_]:
     What lies in front is there, however thin; between it and what lies behind, a camera makes points up.
     """
     near = (depth > how.nearest) & (depth < how.farthest)
-    inverse = np.zeros_like(depth)
-    np.divide(1.0, depth, out=inverse, where=near)
-    usable: NDArray[np.bool_] = near & (_spread(inverse) - inverse < how.edge)
+    inverse = np.reciprocal(np.maximum(depth, np.float32(how.nearest)))
+    inverse *= near
+    spread = _spread(inverse)
+    spread -= inverse
+    usable: NDArray[np.bool_] = spread < how.edge
+    usable &= near
     return usable
 
 
@@ -196,30 +200,28 @@ def _distinct(
     picks: list[tuple[NDArray[np.intp], NDArray[np.bool_]]], place_of: Ints, n: int
 ) -> tuple[Ints, Ints, NDArray[np.bool_]]:
     """Each (detection, place of a voxel below n) once, in order, and whether any of its pixels was strong."""
-    seen = np.zeros((len(picks), n), np.bool_)
-    strong = np.zeros((len(picks), n), np.bool_)
-    for k, (pixels, inner) in enumerate(picks):
-        place = place_of[pixels]
-        seen[k, place] = True
-        strong[k, place[inner]] = True
-    flat = np.flatnonzero(seen.reshape(-1))
+    seen = np.zeros((len(picks), n), np.uint8)
+    for row, (pixels, inner) in zip(seen, picks, strict=True):
+        place = place_of.take(pixels)
+        row[place] = 1
+        row[place[inner]] = 2
+    flat = np.flatnonzero(seen.reshape(-1) != 0)
     owner = np.repeat(np.arange(len(picks), dtype=np.int32), np.count_nonzero(seen, axis=1))
     place = (flat - owner.astype(np.int64) * n).astype(np.int32)
-    return owner, place, strong.reshape(-1)[flat]
+    return owner, place, seen.reshape(-1).take(flat) == 2
 
 
 def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, least: float = 1.0) -> NDArray[np.bool_]:
     """(m,) bool: the voxels of each owner's clusters that have at least this share of its largest one's.
 
-    whole (n,): owners whose clusters all stay. cells (m, 3) int32. Where nothing is dense enough to be a cluster,
-    a far or thin thing is kept whole rather than lost.
+    whole (n,): owners whose clusters all stay. owner (m,) ascends; cells (m, 3) int32. Where nothing is dense enough to
+    be a cluster, a far or thin thing is kept whole rather than lost.
     """
-    coarse = cells // how.cell
-    coarse = coarse - (coarse.min(axis=0) - 1)
-    side = coarse.max(axis=0).astype(np.int64) + 2
-    key = ((owner.astype(np.int64) * side[0] + coarse[:, 0]) * side[1] + coarse[:, 1]) * side[2] + coarse[:, 2]
-    groups, group, count = np.unique(key, return_inverse=True, return_counts=True)
-    a, b = _touching(groups, side)
+    if not len(owner):
+        return np.zeros(0, np.bool_)
+    space = _Space.of(owner, cells, how.cell)
+    groups, group, count = space.groups, space.group, space.count
+    a, b = space.touching()
     n = len(groups)
     about = count + np.bincount(a, weights=count[b], minlength=n) + np.bincount(b, weights=count[a], minlength=n)
     core = about >= how.core
@@ -232,7 +234,7 @@ def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, lea
         piece[one[border]] = piece[other[border]]
         reached[one[border]] = True
     size = np.bincount(piece, weights=np.where(reached, count, 0), minlength=n)
-    of = groups // (side[0] * side[1] * side[2])
+    of = space.owner
     largest = np.zeros(len(whole))
     np.maximum.at(largest, of, size)
     wanted = np.where(whole, 0.0, least * largest)
@@ -240,7 +242,7 @@ def pieces(owner: Ints, cells: Ints, whole: NDArray[np.bool_], how: Lifting, lea
     if least >= 1.0:
         good &= _first_of_equals(of, piece, size, largest, whole)
     lost = np.bincount(of, weights=good, minlength=len(whole)) == 0
-    kept: NDArray[np.bool_] = (good | lost[of])[group]
+    kept: NDArray[np.bool_] = (good | lost[of]).take(group)
     return kept
 
 
@@ -259,17 +261,76 @@ def _first_of_equals(
     return chosen
 
 
-def _touching(groups: NDArray[np.int64], side: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The pairs of cells that share a side, an edge or a corner, each once. groups: their keys, ascending."""
-    found_a, found_b = [], []
-    for x, y, z in _HALF:
-        target = groups + ((x * side[1] + y) * side[2] + z)
-        place = np.searchsorted(groups, target)
-        place[place == len(groups)] = 0
-        linked = np.flatnonzero(groups[place] == target)
-        found_a.append(linked)
-        found_b.append(place[linked])
-    return np.concatenate(found_a), np.concatenate(found_b)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Space:
+    """The coarse cells of several owners, each in a box of its own, numbered through.
+
+    groups (g,): the cells that hold something, ascending; group (m,): which of them each voxel is in; count (g,):
+    voxels in each; owner (g,): whose. along, across (g,): steps from a cell to the next in x and in y; in z it is 1.
+    found: which cells hold something, and the number of each of these among groups; None in a space too large for it.
+    """
+
+    groups: NDArray[np.int64]
+    group: NDArray[np.intp]
+    count: NDArray[np.intp]
+    owner: NDArray[np.intp]
+    along: NDArray[np.int64]
+    across: NDArray[np.int64]
+    found: tuple[NDArray[np.bool_], Ints] | None
+
+    @classmethod
+    def of(cls, owner: Ints, cells: Ints, side: int) -> _Space:
+        """Of voxels in cells (m, 3), m > 0, of owners (m,) that ascend; a coarse cell has so many a side."""
+        start = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
+        lengths = np.diff(np.r_[start, len(owner)])
+        axes = [np.ascontiguousarray(cells[:, axis]) // np.int32(side) for axis in range(3)]
+        # A border of one, so that a step beyond the box does not end on its other side.
+        low = [np.minimum.reduceat(axis, start).astype(np.int64) - 1 for axis in axes]
+        span = [np.maximum.reduceat(axis, start) + 2 - least for axis, least in zip(axes, low, strict=True)]
+        size = span[0] * span[1] * span[2]
+        base = np.cumsum(size) - size
+        offset = base - ((low[0] * span[1] + low[1]) * span[2] + low[2])
+        across, along = span[2], span[1] * span[2]
+        x, y, z = axes
+        key = np.repeat(offset, lengths) + x * np.repeat(along, lengths) + y * np.repeat(across, lengths) + z
+        found = None
+        total = int(size.sum())
+        if total <= _DENSE:
+            there, number = np.zeros(total, np.bool_), np.empty(total, np.int32)
+            there[key] = True
+            groups = np.flatnonzero(there)
+            number[groups] = np.arange(len(groups), dtype=np.int32)
+            found, group = (there, number), number.take(key).astype(np.intp)
+        else:
+            groups, group = np.unique(key, return_inverse=True)
+        of = np.repeat(np.arange(len(start)), np.diff(np.searchsorted(groups, np.r_[base, total])))
+        return cls(
+            groups=groups,
+            group=group,
+            count=np.bincount(group, minlength=len(groups)),
+            owner=owner[start].astype(np.intp)[of],
+            along=along[of],
+            across=across[of],
+            found=found,
+        )
+
+    def touching(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The pairs of cells that share a side, an edge or a corner, each once."""
+        found_a, found_b = [], []
+        for x, y, z in _HALF:
+            target = self.groups + (x * self.along + y * self.across + z)
+            if self.found is not None:
+                there, number = self.found
+                linked = np.flatnonzero(there.take(target))
+                place = number.take(target.take(linked)).astype(np.intp)
+            else:
+                place = np.searchsorted(self.groups, target)
+                place[place == len(self.groups)] = 0
+                linked = np.flatnonzero(self.groups[place] == target)
+                place = place[linked]
+            found_a.append(linked)
+            found_b.append(place)
+        return np.concatenate(found_a), np.concatenate(found_b)
 
 
 def components(n: int, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -289,9 +350,7 @@ def components(n: int, a: NDArray[np.intp], b: NDArray[np.intp]) -> NDArray[np.i
     return label
 
 
-def _repeated(
-    owner: Ints, place: Ints, strong: NDArray[np.bool_], n: int, found: Detections, how: Lifting
-) -> NDArray[np.bool_]:
+def _repeated(owner: Ints, place: Ints, n: int, found: Detections, how: Lifting) -> NDArray[np.bool_]:
     """(k,) bool: detections that show nearly what a surer one shows. One thing that is detected twice is one sighting.
 
     owner, place (m,): the voxels of each, numbered below n.
@@ -332,11 +391,11 @@ def _lifted(
     if not len(source):
         return _nothing()
     number = (np.cumsum(enough) - 1).astype(np.int32)
-    stays = enough[mask_owner]
+    stays = enough.take(mask_owner)
     chosen = np.flatnonzero(kept & stays)
-    owner, row, strong = number[mask_owner[chosen]], mask_rows[chosen], mask_strong[chosen]
+    owner, row, strong = number.take(mask_owner.take(chosen)), mask_rows.take(chosen), mask_strong.take(chosen)
     start = np.searchsorted(owner, np.arange(len(source)))
-    cells = voxels.cells[row]
+    cells = voxels.cells.take(row, axis=0)
     return Lifted(
         source=source,
         rows=row,
@@ -366,3 +425,5 @@ def _nothing() -> Lifted:
 
 _HALF = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
 """Half of the 26 neighbours: the other half is the same links seen from the other end."""
+_DENSE = 1 << 22
+"""Coarse cells up to which they are found in a table."""

@@ -97,8 +97,9 @@ class Mapper:
         self.opinions.watch(lifted, found.space, self.objects, self.voxels, room, how.consensus)
         went = self.objects.fuse(frame, found, lifted, matches.objects, room)
         for k in np.flatnonzero(matches.out_of >= 0).tolist():
-            self.voxels.hand_over(lifted.rows[lifted.owner == k], int(matches.out_of[k]), int(went[k]))
-        rows, objects, strength = claims(lifted, went)
+            giver, taker = (self.objects.all[at].id for at in (int(matches.out_of[k]), int(went[k])))
+            self.voxels.hand_over(lifted.rows[lifted.owner == k], giver, taker)
+        rows, objects, strength = claims(lifted, self.objects.ids(went))
         self.voxels.vote(rows, objects, strength)
         self.voxels.last[rows] = self.frames
         if self.presence is not None:

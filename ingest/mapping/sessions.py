@@ -54,7 +54,7 @@ def _object_of(mapper: Mapper, obj: SceneObject, at: int) -> MapObject:
     voxels, n = mapper.voxels, obj.n_observations or 1
     rows, _ = voxels.add_samples(obj.points.astype(np.float32), obj.colors)
     worth = np.full(len(rows), STRONG * min(n, CERTAIN), np.float32)
-    voxels.vote(rows, np.full(len(rows), at, np.int32), worth)
+    voxels.vote(rows, np.full(len(rows), obj.id, np.int32), worth)
     labels = Counter(dict.fromkeys(obj.tags, 1))
     if obj.tag:
         labels[obj.tag] = n

@@ -144,15 +144,17 @@ def shared(objects: Objects, voxels: Voxels, how: Tidying, things: NDArray[np.bo
     room = np.array([obj.background for obj in objects.all], np.bool_)
     boxes = [voxels.within(objects.all[at].low, objects.all[at].high) for at in np.flatnonzero(things).tolist()]
     rows, _ = voxels.numbered(np.concatenate([np.zeros(0, np.int32), *boxes]))
-    rows = rows[mine_too[voxels.owners.take(rows, axis=0)].any(axis=1)]
+    places = objects.places()
+    rows = rows[mine_too[places.take(voxels.owners.take(rows, axis=0), mode="wrap")].any(axis=1)]
     met, size = np.zeros(n * n, np.int64), np.zeros(n, np.int64)
     for start in range(0, len(rows), _CHUNK):
         part = rows[start : start + _CHUNK]
-        place, slot = np.nonzero(voxels.solid(part, how.share, 0.0) & mine_too[voxels.owners[part]])
-        mine = voxels.owners[part[place], slot]
+        owners = places.take(voxels.owners.take(part, axis=0), mode="wrap")
+        place, slot = np.nonzero(voxels.solid(part, how.share, 0.0) & mine_too[owners])
+        mine = owners[place, slot]
         size += np.bincount(mine, minlength=n)
         # (voxel, object near it), joined with (voxel, object in it).
-        near_voxel, near_object = touching(voxels, part, how.share, ~room)
+        near_voxel, near_object = touching(voxels, part, how.share, places, ~room)
         counts = np.bincount(near_voxel, minlength=len(part))
         starts = np.cumsum(counts) - counts
         pairs = np.repeat(np.arange(len(place)), counts[place])

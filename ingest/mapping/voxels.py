@@ -29,15 +29,17 @@ SLOTS = 4
 _BLOCKS = 1 << (3 * (REGION - BLOCK))
 _CELLS = 1 << (3 * BLOCK)
 _DENSE = 1 << 16
-_SPARE = 1 << 16
-"""Rows beyond an eighth that a column has when it is grown."""
+_ROOM = 1 << 22
+"""Rows that there is room for at first: addresses only, memory is taken by those that are used."""
+_NEARLY = 0.9
+"""A column that is filled to this share is made larger when there is time."""
 
 
 class Voxels:
     """Voxels on a grid that is fixed in the map's frame, one row each in growing arrays.
 
     cells (n, 3) int32; points (n, 3) float32 m and colors (n, 3) float32 RGB are sums of weight (n,) samples, points
-    relative to the voxel's corner. owners (n, SLOTS) int32 are object numbers, -1 where free, and votes (n, SLOTS)
+    relative to the voxel's corner. owners (n, SLOTS) int32 are ids of objects, -1 where free, and votes (n, SLOTS)
     float32 how often each was seen there; seen (n,) float32 is how often anything was.
     """
 
@@ -46,39 +48,29 @@ class Voxels:
         self._regions: dict[tuple[int, int, int], int] = {}
         # Number 0 of each level is the empty one: a search that finds nothing ends there, without a test on the way.
         self._blocks: Ints = np.zeros((1, _BLOCKS), np.int32)
-        self._leaves: Ints = np.full((1, _CELLS), -1, np.int32)
+        self._leaves: Ints = np.empty((_ROOM // 16, _CELLS), np.int32)
+        self._leaves[0] = -1
         self._n_leaves = 1
         self.count = 0
         self.free: Ints = np.zeros(0, np.int32)
-        self._make_rows(1 << 12)
+        self._make_rows(_ROOM)
 
     def _make_rows(self, room: int) -> None:
-        for name, (shape, dtype, empty) in _LAYOUT.items():
-            setattr(self, name, np.full((room, *shape), empty, dtype))
-        self._place = np.zeros(room, np.int32)
+        for name, (shape, dtype) in _COLUMNS.items():
+            setattr(self, name, np.empty((room, *shape), dtype))
 
-    def _grow(self, name: str, least: int) -> None:
-        """Give one column room for at least so many rows."""
-        self._lengthen(name, max(least, self.count + self.count // 8 + _SPARE), _EMPTY[name])
-
-    def _lengthen(self, name: str, room: int, empty: float) -> None:
-        column: NDArray[Any] = self.__dict__.pop(name)
-        n, shape = len(column), (room, *column.shape[1:])
-        try:
-            # In place, where nobody else looks at it: the system then moves pages, not bytes.
-            column.resize(shape)
-        except ValueError:
-            made = np.empty(shape, column.dtype)
-            made[:n] = column
-            column = made
-        column[n:] = empty
-        setattr(self, name, column)
+    def _grow(self, name: str) -> None:
+        """Twice the room for one column. What is not used yet takes no memory, only addresses."""
+        column: NDArray[Any] = getattr(self, name)
+        made = np.empty((2 * len(column), *column.shape[1:]), column.dtype)
+        made[: self.count] = column[: self.count]
+        setattr(self, name, made)
 
     def _grow_ahead(self) -> None:
-        """Give one column more room when the rows it has left might not do for a frame: never all at once."""
-        name = min(_EMPTY, key=lambda name: len(getattr(self, name)))
-        if len(getattr(self, name)) - self.count < _SPARE // 2:
-            self._grow(name, 0)
+        """Give one column more room when what it has left might not do for a frame: never all at once."""
+        name = min(_COLUMNS, key=lambda name: len(getattr(self, name)))
+        if self.count > _NEARLY * len(getattr(self, name)):
+            self._grow(name)
 
     cells: Ints
     points: Floats
@@ -87,6 +79,7 @@ class Voxels:
     seen: Floats
     owners: Ints
     votes: Floats
+    _place: Ints
     last: Ints
     """(n,): the frame that saw the voxel last."""
 
@@ -170,7 +163,7 @@ class Voxels:
         """Hold exactly these voxels: for each of COLUMNS its values, row by row. free: rows that hold none."""
         n = len(columns["cells"])
         self.__init__(self.size)  # type: ignore[misc]
-        self._make_rows(max(1 << 12, n + n // 4))
+        self._make_rows(max(_ROOM, n + n // 4))
         self.count = n
         for name in COLUMNS:
             getattr(self, name)[:n] = columns[name]
@@ -186,11 +179,14 @@ class Voxels:
         """Rows for n voxels: free ones first, then new ones."""
         again, self.free = self.free[:n], self.free[n:]
         fresh = n - len(again)
-        self.count += fresh
-        for name in _EMPTY:
-            if self.count > len(getattr(self, name)):
-                self._grow(name, self.count)
-        return np.concatenate([again, np.arange(self.count - fresh, self.count, dtype=np.int32)])
+        first, until = self.count, self.count + fresh
+        for name in _COLUMNS:
+            while until > len(getattr(self, name)):
+                self._grow(name)
+        self.count = until
+        for name, (_, _, empty) in _LAYOUT.items():
+            getattr(self, name)[first:until] = empty
+        return np.concatenate([again, np.arange(first, until, dtype=np.int32)])
 
     def _leaf_of(self, block: Ints) -> Ints:
         """The leaf of each block, made where there was none."""
@@ -249,7 +245,10 @@ class Voxels:
     def _new_leaves(self, n: int) -> Ints:
         first, self._n_leaves = self._n_leaves, self._n_leaves + n
         if self._n_leaves > len(self._leaves):
-            self._lengthen("_leaves", self._n_leaves + self._n_leaves // 8 + 1024, -1)
+            made = np.empty((2 * self._n_leaves, _CELLS), np.int32)
+            made[:first] = self._leaves[:first]
+            self._leaves = made
+        self._leaves[first : self._n_leaves] = -1
         return np.arange(first, first + n, dtype=np.int32)
 
     # Evidence
@@ -257,11 +256,11 @@ class Voxels:
     def add_samples(self, points: Floats, colors: NDArray[np.uint8]) -> tuple[Ints, Ints]:
         """Add points (n, 3) m and colors (n, 3) to the means of their voxels, made where there were none.
 
-        (the distinct rows, ascending; the place of each point's row among them).
+        (the distinct rows; the place of each point's row among them).
         """
         self._grow_ahead()
         rows = self.make(self.cells_of(points))
-        distinct, place = self.numbered(rows, ascending=True)
+        distinct, place = self.numbered(rows)
         n = len(distinct)
         at = place.astype(np.intp)
         hits = np.bincount(at, minlength=n)
@@ -277,14 +276,12 @@ class Voxels:
         self.weight[distinct] += hits.astype(np.float32)
         return distinct, place
 
-    def numbered(self, rows: Ints, *, ascending: bool = False) -> tuple[Ints, Ints]:
+    def numbered(self, rows: Ints) -> tuple[Ints, Ints]:
         """(each of rows (n,) once; the place of each of rows among these)."""
         # In a table by row, one of those that are the same leaves its number: nothing is sorted.
         table, each = self._place, np.arange(len(rows), dtype=np.int32)
         table[rows] = each
         distinct: Ints = rows[table.take(rows) == each]
-        if ascending:
-            distinct = np.sort(distinct, kind="stable")
         table[distinct] = each[: len(distinct)]
         return distinct, table.take(rows)
 
@@ -332,18 +329,26 @@ class Voxels:
         owners[owners == giver] = taker
         self.owners[rows] = owners
 
-    def rename(self, names: Ints) -> None:
-        """Let object i be names[i] from now on, or nobody where that is -1; claims that meet are added up."""
-        owners, votes = self.owners[: self.count], self.votes[: self.count]
-        touched = np.flatnonzero(((owners >= 0) & (names[owners] != owners)).any(axis=1))
-        part, weight = owners[touched], votes[touched]
-        part = np.where(part >= 0, names[part], -1)
+    def rename(self, rows: Ints, names: Mapping[int, int]) -> None:
+        """In these voxels, let objects be others from now on; claims that meet are added up.
+
+        names: {id: its new one, -1 for nobody}.
+        """
+        owners, votes = self.owners.take(rows, axis=0), self.votes.take(rows, axis=0)
+        old = np.array(sorted(names), np.int32)
+        at = np.minimum(np.searchsorted(old, owners), len(old) - 1)
+        named = old.take(at) == owners
+        some = np.flatnonzero(named.any(axis=1))
+        new = np.array([names[name] for name in old.tolist()], np.int32)
+        part = np.where(named[some], new.take(at[some]), owners[some])
+        weight = votes[some]
         for a in range(SLOTS):
             for b in range(a + 1, SLOTS):
                 same = (part[:, a] == part[:, b]) & (part[:, a] >= 0)
                 weight[same, a] += weight[same, b]
                 part[same, b] = -1
         weight[part < 0] = 0
+        touched = rows[some]
         # Two views of one thing in one frame were one sighting: a claim is never more than what was seen.
         weight = np.minimum(weight, self.seen[touched][:, None])
         self.owners[touched], self.votes[touched] = part, weight
@@ -382,8 +387,8 @@ _LAYOUT: dict[str, tuple[tuple[int, ...], type, float]] = {
     "last": ((), np.int32, 0),
 }
 COLUMNS = tuple(_LAYOUT)
-_EMPTY = {**{name: empty for name, (_, _, empty) in _LAYOUT.items()}, "_place": 0}
-"""{column that grows: what it holds where there is nothing}."""
+_COLUMNS = {**{name: (shape, dtype) for name, (shape, dtype, _) in _LAYOUT.items()}, "_place": ((), np.int32)}
+"""What grows with the rows; _place is for `numbered`."""
 
 
 def _columns(cells: Ints) -> list[Ints]:
