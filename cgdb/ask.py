@@ -41,12 +41,13 @@ from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
 from cgdb.model.pictures import checked, data_url, tower
 from cgdb.model.prompts import describing, with_picture
-from cgdb.model.rerank import ModelReranker, Reranker, named
+from cgdb.model.rerank import ModelReranker, Reranker
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
 from cgdb.narrowed import narrowed
-from cgdb.result import Reason, Result, Row
-from cgdb.shortlist import by_score, identity, is_total, of_objects, shortlist, uncut
+from cgdb.reordered import failing, has_an_order, reordered, reranker_of
+from cgdb.result import Result, Row
+from cgdb.shortlist import by_score, is_total, of_objects, shortlist, uncut
 from cgdb.survey import surveyed
 from cgdb.wording import facts
 
@@ -103,7 +104,7 @@ class _Asking:
         encoder_of: EncoderOf,
     ) -> None:
         self.warnings: list[str] = []
-        self.reranker = _reranker(rerank, model)
+        self.reranker = reranker_of(rerank, model)
         self.given, cut = checked_question(question, has_picture=image is not None)
         if cut:
             self.warnings.append(cut)
@@ -356,55 +357,32 @@ class _Asking:
             limit=ast.Number(value=count),
         )
         found = self._carried_out(tree).result.rows
-        return tuple(_failing(row, draft.result.query) for row in found)
+        return tuple(failing(row, draft.result.query) for row in found)
 
     def _reranked(self, draft: Draft) -> Answer | None:
         """The answer as a re-ranker orders it; None where there is none, it fails, or there is nothing to order."""
         reranker = self.reranker
         if reranker is None or (isinstance(reranker, ModelReranker) and (self.silent or self.meter.remaining <= 0)):
             return None
-        if draft.tree.order and not draft.result.nothing_fits:
-            return None  # nearest, largest: what was measured needs no opinion
-        rows = draft.result.rows
-        if not rows or first_node(rows[0]) is None or any(is_total(i.expression) for i in draft.tree.returns):
+        if has_an_order(draft):
             return None
-        best = shortlist(rows, self._read_otherwise(draft, reranker.most), reranker.most)
+        best = shortlist(draft.result.rows, self._read_otherwise(draft, reranker.most), reranker.most)
         try:
-            found = reranker.rerank(self.asked, draft.result.columns, best, self.meter)
+            found = reordered(draft, self.asked, best, reranker, self.meter)
         except (ModelError, MissingExtraError) as error:
             self.warnings.append(f"the order is the map's own, for the model could not re-rank: {_line(error)}")
             return None
         self.warnings.extend(found.warnings)
-        read = {identity(row) for row in best}
-        rest = tuple(row for row in rows if identity(row) not in read)
-        own = set() if draft.nearest else {identity(row) for row in rows}
-        if found.said is None:
-            # A cross-encoder orders; what fits is as the statement says.
-            self.meter.add(found.usage)
-            mine = tuple(row for row in found.rows if row.fits or identity(row) in own)
-            ordered = tuple(sorted((*mine, *rest), key=lambda row: not row.fits)) or found.rows
-        else:
-            ordered = (*found.rows, *(map(_unread, rest) if found.said.query_achievable else ()))
-            if any(row.fits and identity(row) not in own for row in found.rows):
-                self.warnings.append(
-                    "the statement was too strict; some of the answer are the nearest things beside it"
-                )
-        draft = replace(draft, result=replace(draft.result, rows=ordered)).cut()
-        said = found.said
-        relevant = (node.id for row in found.relevant if (node := first_node(row)) is not None)
+        draft, said = found.draft, found.said
         if said is None:
-            answer = self._answer(self._explained(draft))
-        else:
-            answer = self._answer(
-                Explained(
-                    draft=draft,
-                    achievable=said.query_achievable,
-                    text=said.explanation,
-                    facts=facts(draft.tree, draft.result),
-                )
-            )
-        if said is not None:
-            answer = replace(answer, inferred_query=said.inferred_query, relevant=tuple(dict.fromkeys(relevant)))
+            return replace(self._answer(self._explained(draft)), reranked=True, reranker=reranker.name)
+        told = Explained(
+            draft=draft,
+            achievable=said.query_achievable,
+            text=said.explanation,
+            facts=facts(draft.tree, draft.result),
+        )
+        answer = replace(self._answer(told), inferred_query=said.inferred_query, relevant=found.relevant)
         return replace(answer, reranked=True, reranker=reranker.name)
 
     def _read_otherwise(self, draft: Draft, most: int) -> Iterator[Row]:
@@ -423,7 +401,7 @@ class _Asking:
                 self.warnings = warnings
                 for row in other.rows:
                     if first_node(row) is not None:
-                        yield _failing(row, draft.result.query)
+                        yield failing(row, draft.result.query)
         yield from self._nearest(draft, most)
 
     def _catalog_of(self, scene: str) -> Catalog:
@@ -466,23 +444,6 @@ class _Asking:
             relevant=tuple(dict.fromkeys(node.id for node in nodes)),
             model=self.model.name if self.model is not None and asked_model else None,
         )
-
-
-def _reranker(given: bool | str | Reranker, model: Model | None) -> Reranker | None:
-    """Who reads the best rows once more. UsageError, EncoderError, MissingExtraError where a name is none."""
-    if isinstance(given, bool):
-        return ModelReranker(model) if given and model is not None else None
-    if isinstance(given, str):
-        return ModelReranker(model) if given == "model" and model is not None else named(given)
-    return given
-
-
-def _failing(row: Row, query: str) -> Row:
-    return Row(row.values, row.score, False, lambda: (*row.why, Reason(asked=query, degree=0.0)))
-
-
-def _unread(row: Row) -> Row:
-    return Row(row.values, row.score, False, lambda: row.why)
 
 
 def _line(error: CgdbError) -> str:
