@@ -14,7 +14,7 @@ from cgdb.errors import EncoderError, MissingExtraError, did_you_mean, one_of
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-PIP_LINE = "pip install open_clip_torch torch pillow"
+PIP_LINE = "pip install 'cgdb[clip]'"
 TEXTS_AT_ONCE = 256
 PICTURES_AT_ONCE = 32
 
