@@ -50,7 +50,7 @@ def test_a_missing_package_is_named_with_the_pip_line(monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "open_clip", None)
     with pytest.raises(MissingExtraError) as caught:
         space_encoder("open_clip:ViT-B-32:laion2b_s34b_b79k")
-    assert "pip install open_clip_torch" in str(caught.value.hint)
+    assert "cgdb[clip]" in str(caught.value.hint)
 
 
 def test_the_seam_imports_no_encoder() -> None:
