@@ -14,7 +14,7 @@ import cgdb
 from cgdb.cli.app import main
 from cgdb.errors import FormatError, StoreError
 from cgdb.ingest.mapping import checkpoint, crops
-from cgdb.ingest.mapping.crops import Crops, crop
+from cgdb.ingest.mapping.crops import Cropper, Crops
 from cgdb.ingest.mapping.fuse import Objects
 from cgdb.ingest.mapping.mapper import Mapper, Mapping
 from cgdb.scene import SceneGraph, View, image_type
@@ -121,14 +121,14 @@ def test_a_detectors_box_outside_of_the_frame_is_brought_inside() -> None:
 @pytest.mark.parametrize("box", [(0.0, 0.0, 0.0, 0.0), (159.5, 119.5, 160.0, 120.0), (160.0, 120.0, 160.0, 120.0)])
 def test_a_box_without_room_still_gives_a_picture(box: tuple[float, float, float, float]) -> None:
     frame, _ = room_frame(0)
-    assert pixels(crop(frame, box)).size > 0
+    assert pixels(Cropper(frame)(box)).size > 0
 
 
 def test_large_crops_are_scaled_down() -> None:
     frame, _ = room_frame(0)
     large = replace(frame, rgb=np.repeat(np.repeat(frame.rgb, 8, 0), 8, 1))
-    assert pixels(crop(large, (0.0, 0.0, 1280.0, 960.0))).shape == (192, 256, 3)
-    assert pixels(crop(large, (0.0, 400.0, 1280.0, 401.0))).shape == (8, 256, 3)
+    assert pixels(Cropper(large)((0.0, 0.0, 1280.0, 960.0))).shape == (192, 256, 3)
+    assert pixels(Cropper(large)((0.0, 400.0, 1280.0, 401.0))).shape == (8, 256, 3)
 
 
 def test_what_does_not_fit_in_memory_is_kept_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 SMALLEST_PIECE = 0.05
 """A piece of an object's cloud stays where it has at least this share of its voxels: a table seen in two parts."""
 
+_CHUNK = 1 << 18
 COARSE = 2
 """Voxels along a side of which the room keeps one: 5 cm."""
 
@@ -61,8 +62,14 @@ def scene_of(
 def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
     """The voxels of each object, ascending: those that most of what was seen there says are its, in pieces of size."""
     voxels, how, n = mapper.voxels, mapper.how.tidying, len(mapper.objects)
-    place, slot = np.nonzero(voxels.solid(slice(0, voxels.count), how.share, how.strength))
-    owner = mapper.objects.places()[voxels.owners[place, slot]]
+    places = mapper.objects.places()
+    found = []
+    for start in range(0, voxels.count, _CHUNK):
+        part = slice(start, min(start + _CHUNK, voxels.count))
+        row, slot = np.nonzero(voxels.solid(part, how.share, how.strength))
+        found.append((row + start, places[voxels.owners[part][row, slot]]))
+    place = np.concatenate([np.zeros(0, np.intp), *(row for row, _ in found)])
+    owner = np.concatenate([np.zeros(0, np.int32), *(at for _, at in found)])
     order = np.argsort(owner, kind="stable")
     place, owner = place[order], owner[order]
     whole = np.array([obj.background for obj in mapper.objects.all], np.bool_)
@@ -78,19 +85,20 @@ def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
 
 
 def _thinned(owner: NDArray[np.int32], rows: NDArray[np.intp], voxels: Voxels) -> NDArray[np.bool_]:
-    """(m,) bool: of each owner's voxels the most seen one in every COARSE ** 3.
+    """(m,) bool: of each owner's voxels, ascending, the most seen one in every COARSE ** 3.
 
     Walls and floors are nine tenths of a map's voxels, and nobody asks for their grain.
     """
-    cells = voxels.cells[rows] // COARSE
-    order = np.lexsort((rows, -voxels.seen[rows], cells[:, 2], cells[:, 1], cells[:, 0], owner))
-    same = np.ones(len(rows), np.bool_)
-    if len(rows):
-        same[0] = False
-        ordered = cells[order]
-        same[1:] = (ordered[1:] == ordered[:-1]).all(axis=1) & (owner[order[1:]] == owner[order[:-1]])
     kept = np.zeros(len(rows), np.bool_)
-    kept[order[~same]] = True
+    if not len(rows):
+        return kept
+    code = owner.astype(np.int64)
+    for axis in range(3):
+        side = voxels.cells[:, axis].take(rows) // np.int32(COARSE)
+        code = code * (int(side.max()) - int(side.min()) + 1) + (side - side.min())
+    order = np.lexsort((-voxels.seen.take(rows), code))
+    code = code[order]
+    kept[order[np.r_[True, code[1:] != code[:-1]]]] = True
     return kept
 
 

@@ -25,26 +25,39 @@ IN_MEMORY = 64 << 20
 """Bytes of crops above which new ones go to a temporary file."""
 
 
-def crop(frame: Frame, box: tuple[float, float, float, float], longest: int = LONGEST) -> bytes:
-    """A JPEG of what is in a box (left, top, right, bottom in pixels) and PAD around it."""
-    try:
-        from PIL import Image
-    except ImportError:
-        raise MissingExtraError("crops need Pillow, which is not installed", hint="pip install 'cgdb[map]'") from None
-    height, width = frame.rgb.shape[:2]
-    left, top = (max(0, int(side) - PAD) for side in box[:2])
-    right, bottom = min(width, int(np.ceil(box[2])) + PAD), min(height, int(np.ceil(box[3])) + PAD)
-    # A box beyond the frame still has its edge there.
-    left, top = min(left, width - 1), min(top, height - 1)
-    right, bottom = max(right, left + 1), max(bottom, top + 1)
-    picture: Any = Image.fromarray(np.ascontiguousarray(frame.rgb[top:bottom, left:right]))
-    scale = longest / max(picture.size)
-    if scale < 1.0:
-        size = tuple(max(1, round(side * scale)) for side in picture.size)
-        picture = picture.resize(size, Image.Resampling.BOX)
-    made = io.BytesIO()
-    picture.save(made, "JPEG", quality=QUALITY, optimize=True)
-    return made.getvalue()
+class Cropper:
+    """Cuts pictures out of one frame."""
+
+    def __init__(self, frame: Frame) -> None:
+        self._frame = frame
+        self._whole: Any = None
+
+    def __call__(self, box: tuple[float, float, float, float], longest: int = LONGEST) -> bytes:
+        """A JPEG of what is in a box (left, top, right, bottom in pixels) and PAD around it."""
+        try:
+            from PIL import Image
+        except ImportError:
+            hint = "pip install 'cgdb[map]'"
+            raise MissingExtraError("crops need Pillow, which is not installed", hint=hint) from None
+        if self._whole is None:
+            self._whole = Image.fromarray(self._frame.rgb)
+        width, height = self._whole.size
+        left, top = (max(0, int(side) - PAD) for side in box[:2])
+        right, bottom = min(width, int(np.ceil(box[2])) + PAD), min(height, int(np.ceil(box[3])) + PAD)
+        # A box beyond the frame still has its edge there.
+        left, top = min(left, width - 1), min(top, height - 1)
+        right, bottom = max(right, left + 1), max(bottom, top + 1)
+        size, part = (right - left, bottom - top), (left, top, right, bottom)
+        scale = longest / max(size)
+        if scale < 1.0:
+            size = max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
+            # Whole pixels are taken together first, which is many times faster.
+            picture = self._whole.resize(size, Image.Resampling.BOX, box=part, reducing_gap=1.0)
+        else:
+            picture = self._whole.crop(part)
+        made = io.BytesIO()
+        picture.save(made, "JPEG", quality=QUALITY)
+        return made.getvalue()
 
 
 class Crops:

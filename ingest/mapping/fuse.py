@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cgdb.errors import FormatError
 from cgdb.ingest.detections.detections import Detections
 from cgdb.ingest.frames.recording import Frame
-from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Crops, crop, packed
+from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Cropper, Crops, packed
 from cgdb.ingest.mapping.lift import STRONG, Lifted
 from cgdb.ingest.mapping.oriented import outermost
 from cgdb.ingest.mapping.voxels import Ints, Voxels
@@ -139,6 +139,7 @@ class Objects:
         The positions (k,) int32 where they went. background (k,): which are of a class with one object for all.
         """
         went = np.empty(len(lifted), np.int32)
+        cropper = Cropper(frame) if self._with_crops else None
         for k, source in enumerate(lifted.source.tolist()):
             label = found.labels[source]
             at = int(matches[k])
@@ -148,7 +149,7 @@ class Objects:
                 at = self._new(lifted.low[k], lifted.high[k], bool(background[k]), frame.index)
                 if background[k]:
                     self._background[label] = at
-            self._add(at, frame, found, source, lifted, k)
+            self._add(at, frame, found, source, lifted, k, cropper)
             went[k] = at
         return went
 
@@ -161,7 +162,9 @@ class Objects:
             self._make_room(2 * self._room)
         return len(self.all) - 1
 
-    def _add(self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int) -> None:
+    def _add(
+        self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int, cropper: Cropper | None
+    ) -> None:
         obj = self.all[at]
         for space, values in _features(found):
             self._add_feature(space, at, values[source], obj.n)
@@ -174,16 +177,23 @@ class Objects:
         np.maximum(obj.high, lifted.high[k], out=obj.high)
         if lifted.extremes is not None:
             obj.extremes = outermost(obj.extremes, lifted.extremes[k])
-        self._see(obj, int(lifted.points[k]), frame, _within(found.xyxy[source], frame))
+        self._see(obj, int(lifted.points[k]), frame, _within(found.xyxy[source], frame), cropper)
 
-    def _see(self, obj: MapObject, points: int, frame: Frame, box: tuple[float, float, float, float]) -> None:
+    def _see(
+        self,
+        obj: MapObject,
+        points: int,
+        frame: Frame,
+        box: tuple[float, float, float, float],
+        cropper: Cropper | None,
+    ) -> None:
         """Keep a sighting if it is among the best; only then is it worth a picture."""
         sighting = Sighting(points, frame.index, box, frame.name, frame.T_world_camera)
         full = len(obj.views) >= self._views
         if full and (not obj.views or sighting <= obj.views[0]):
             return
-        if self._with_crops:
-            picture = crop(frame, box, LONGEST_OF_ROOM if obj.background else LONGEST)
+        if cropper is not None:
+            picture = cropper(box, LONGEST_OF_ROOM if obj.background else LONGEST)
             sighting = replace(sighting, crop=self.crops.keep(picture))
         if full:
             self.crops.drop(heapq.heapreplace(obj.views, sighting).crop)

@@ -68,7 +68,7 @@ def merge(
     """
     n = len(objects)
     things = np.array([not o.background and (since is None or o.last >= since) for o in objects.all], np.bool_)
-    candidates = _candidates(objects, how) & things[:, None]
+    candidates = _candidates(objects, how, things)
     # Of two that views say are one, the one that was detected less goes.
     order = np.lexsort((-np.arange(n), np.array([obj.n for obj in objects.all]))).argsort()
     agreed = opinions.agreed(objects, consensus) & (order[:, None] < order[None, :])
@@ -97,17 +97,23 @@ def merge(
     return gone
 
 
-def _candidates(objects: Objects, how: Tidying) -> NDArray[np.bool_]:
-    """(n, n) bool: which pairs of things look alike and have boxes that meet. Few do, and only those are compared."""
+def _candidates(objects: Objects, how: Tidying, things: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n, n) bool: which pairs look alike and have boxes that meet: few do, and only those are compared. The first is
+    one of things (n,), none is of the room."""
+    n = len(objects)
     low, high = (np.array([getattr(obj, end) for obj in objects.all]).reshape(-1, 3) for end in ("low", "high"))
-    pairs = ((low[:, None] <= high[None] + 1) & (low[None] <= high[:, None] + 1)).all(axis=2)
-    thing = np.array([not obj.background for obj in objects.all], np.bool_)
-    pairs &= thing[:, None] & thing[None, :]
-    np.fill_diagonal(pairs, False)
+    some = np.flatnonzero(things)
+    pairs = np.broadcast_to(~np.array([obj.background for obj in objects.all], np.bool_), (len(some), n)).copy()
+    for axis in range(3):
+        pairs &= low[some, axis, None] <= high[None, :, axis] + 1
+        pairs &= low[None, :, axis] <= high[some, axis, None] + 1
+    pairs[np.arange(len(some)), some] = False
     for unit, least in zip(objects.looks(), (how.semantic, how.text), strict=True):
         if unit is not None:
-            pairs &= unit @ unit.T > least
-    return pairs
+            pairs &= unit[some] @ unit.T > least
+    found = np.zeros((n, n), np.bool_)
+    found[some] = pairs
+    return found
 
 
 def look_the_same(objects: Objects) -> NDArray[np.bool_]:

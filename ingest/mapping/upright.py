@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 WORTH = 0.93
 """A turned box must be smaller than the one along the map's axes by this factor, or noise would turn every box."""
+_DIRECTIONS = np.array([(np.cos(turn), np.sin(turn)) for turn in np.linspace(0, 2 * np.pi, 16, endpoint=False)])
+_ON_LINE = 1e-9
+"""Square metres: the area that a point and two corners span, where it is on their line."""
 THINNEST = 0.005
 """Metres: the least side of a box, about what a depth camera resolves."""
 
@@ -42,6 +45,7 @@ def upright_box(points: NDArray[np.float32], up: str) -> tuple[Floats, Floats, F
 
 def hull(points: Floats) -> Floats:
     """The convex hull of points (n, 2), counter-clockwise (Andrew's monotone chain)."""
+    points = _outer(points)
     # Of the points with one first coordinate only the outermost two matter; on a grid that is most of them.
     order = np.lexsort((points[:, 1], np.round(points[:, 0], 3)))
     ordered = points[order]
@@ -54,6 +58,17 @@ def hull(points: Floats) -> Floats:
     lower = _chain(extreme.tolist())
     upper = _chain(extreme[::-1].tolist())
     return np.array(lower[:-1] + upper[:-1])
+
+
+def _outer(points: Floats) -> Floats:
+    """Points (n, 2) without those that lie within the outermost ones in some directions (Akl and Toussaint 1978)."""
+    far = np.array([(points @ direction).argmax() for direction in _DIRECTIONS])
+    corners = points[far[np.r_[True, far[1:] != far[:-1]]]]
+    inside = np.ones(len(points), np.bool_)
+    for (ax, ay), (bx, by) in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
+        if (ax, ay) != (bx, by):
+            inside &= (bx - ax) * (points[:, 1] - ay) - (by - ay) * (points[:, 0] - ax) > _ON_LINE
+    return points[~inside] if len(corners) > 2 else points
 
 
 def _chain(points: list[list[float]]) -> list[list[float]]:
