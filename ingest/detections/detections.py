@@ -171,11 +171,13 @@ def _subtract_contained(found: Detections, rules: Selection) -> None:
     area = np.maximum(np.prod(np.maximum(box[:, 2:] - box[:, :2], 0.0), axis=1), 1e-6)
     inner = (common / area[:, None] < rules.covers) & (common / area[None, :] > rules.contained)
     pairs = np.argwhere(inner)
-    before = {int(b): found.masks[b].copy() for b in np.unique(pairs[:, 1])} if len(pairs) else {}
-    for a, b in pairs.tolist():
+    windows, before = {}, {}
+    for b in set(pairs[:, 1].tolist()):
         x1, y1, x2, y2 = (max(0, int(v)) for v in box[b])
-        window = np.s_[y1 : y2 + 1, x1 : x2 + 1]
-        found.masks[a][window] &= ~before[b][window]
+        windows[b] = np.s_[y1 : y2 + 1, x1 : x2 + 1]
+        before[b] = ~found.masks[b][windows[b]]
+    for a, b in pairs.tolist():
+        found.masks[a][windows[b]] &= before[b]
 
 
 def _resized(found: Detections, frame: Frame) -> Detections:

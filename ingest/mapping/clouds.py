@@ -15,14 +15,15 @@ if TYPE_CHECKING:
     from cgdb.ingest.mapping.crops import Crops
     from cgdb.ingest.mapping.fuse import MapObject
     from cgdb.ingest.mapping.mapper import Mapper
-    from cgdb.ingest.mapping.voxels import Voxels
+    from cgdb.ingest.mapping.voxels import Ints, Voxels
 
 SMALLEST_PIECE = 0.05
 """A piece of an object's cloud stays where it has at least this share of its voxels: a table seen in two parts."""
 
-_CHUNK = 1 << 18
 COARSE = 2
 """Voxels along a side of which the room keeps one: 5 cm."""
+_CHUNK = 1 << 17
+"""Voxels that are looked at together."""
 
 
 def scene_of(
@@ -59,7 +60,7 @@ def scene_of(
     )
 
 
-def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
+def object_rows(mapper: Mapper) -> list[Ints]:
     """The voxels of each object, ascending: those that most of what was seen there says are its, in pieces of size."""
     voxels, how, n = mapper.voxels, mapper.how.tidying, len(mapper.objects)
     places = mapper.objects.places()
@@ -67,32 +68,48 @@ def object_rows(mapper: Mapper) -> list[NDArray[np.intp]]:
     for start in range(0, voxels.count, _CHUNK):
         part = slice(start, min(start + _CHUNK, voxels.count))
         row, slot = np.nonzero(voxels.solid(part, how.share, how.strength))
-        found.append((row + start, places[voxels.owners[part][row, slot]]))
-    place = np.concatenate([np.zeros(0, np.intp), *(row for row, _ in found)])
+        found.append(((row + start).astype(np.int32), places.take(voxels.owners[part][row, slot])))
+    place = np.concatenate([np.zeros(0, np.int32), *(row for row, _ in found)])
     owner = np.concatenate([np.zeros(0, np.int32), *(at for _, at in found)])
-    order = np.argsort(owner, kind="stable")
-    place, owner = place[order], owner[order]
-    whole = np.array([obj.background for obj in mapper.objects.all], np.bool_)
-    thing = np.flatnonzero(~whole[owner]) if n else np.zeros(0, np.intp)
-    kept = np.ones(len(owner), np.bool_)
-    if len(thing):
-        kept[thing] = pieces(
-            owner[thing], voxels.cells[place[thing]], np.zeros(n, np.bool_), mapper.how.lifting, SMALLEST_PIECE
-        )
-    room = np.flatnonzero(whole[owner]) if n else np.zeros(0, np.intp)
-    kept[room] = _thinned(owner[room], place[room], voxels)
-    return np.split(place[kept], np.searchsorted(owner[kept], np.arange(1, n)))
+    del found
+    # Sixteen bits are sorted without comparing.
+    order = np.argsort(owner.astype(np.uint16) if n < 1 << 16 else owner, kind="stable")
+    place = place[order]
+    ends = np.cumsum(np.bincount(owner, minlength=n)).tolist()
+    rows = np.split(place, ends[:-1]) if n else []
+    room = [at for at, obj in enumerate(mapper.objects.all) if obj.background]
+    for at in room:
+        rows[at] = rows[at][_thinned(rows[at], voxels)]
+    batch, size = [], 0
+    for at in sorted(set(range(n)) - set(room)):
+        batch.append(at)
+        size += len(rows[at])
+        if size > _CHUNK:
+            _keep_pieces(batch, rows, mapper)
+            batch, size = [], 0
+    _keep_pieces(batch, rows, mapper)
+    return rows
 
 
-def _thinned(owner: NDArray[np.int32], rows: NDArray[np.intp], voxels: Voxels) -> NDArray[np.bool_]:
-    """(m,) bool: of each owner's voxels, ascending, the most seen one in every COARSE ** 3.
+def _keep_pieces(batch: list[int], rows: list[Ints], mapper: Mapper) -> None:
+    """Let the things of a batch keep the voxels that are in pieces of size: together, but not all at once."""
+    owner = np.repeat(np.arange(len(batch), dtype=np.int32), [len(rows[at]) for at in batch])
+    cells = mapper.voxels.cells.take(np.concatenate([np.zeros(0, np.int32), *(rows[at] for at in batch)]), axis=0)
+    kept = pieces(owner, cells, np.zeros(len(batch), np.bool_), mapper.how.lifting, SMALLEST_PIECE)
+    ends = np.cumsum([len(rows[at]) for at in batch])[:-1]
+    for at, some in zip(batch, np.split(kept, ends), strict=True):
+        rows[at] = rows[at][some]
+
+
+def _thinned(rows: Ints, voxels: Voxels) -> NDArray[np.bool_]:
+    """(m,) bool: of voxels, ascending, the most seen one in every COARSE ** 3.
 
     Walls and floors are nine tenths of a map's voxels, and nobody asks for their grain.
     """
     kept = np.zeros(len(rows), np.bool_)
     if not len(rows):
         return kept
-    code = owner.astype(np.int64)
+    code = np.zeros(len(rows), np.int64)
     for axis in range(3):
         side = voxels.cells[:, axis].take(rows) // np.int32(COARSE)
         code = code * (int(side.max()) - int(side.min()) + 1) + (side - side.min())
@@ -104,7 +121,7 @@ def _thinned(owner: NDArray[np.int32], rows: NDArray[np.intp], voxels: Voxels) -
 
 def scene_object(
     obj: MapObject,
-    rows: NDArray[np.intp],
+    rows: Ints,
     voxels: Voxels,
     features: dict[str, NDArray[np.float32]],
     up: str,

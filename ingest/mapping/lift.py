@@ -128,9 +128,12 @@ def sampling_grid(frame: Frame, spacing: float) -> NDArray[np.bool_]:
 
 def _spread(values: Floats) -> Floats:
     """The largest of each pixel and its eight neighbours."""
-    across = values.copy()
-    np.maximum(across[:, 1:], values[:, :-1], out=across[:, 1:])
-    np.maximum(across[:, :-1], values[:, 1:], out=across[:, :-1])
+    # Over the picture as one row, which is faster; at its sides, the neighbours of other rows are taken out again.
+    flat, across = values.reshape(-1), np.empty_like(values)
+    pairs = np.maximum(flat[1:], flat[:-1])
+    np.maximum(pairs[1:], pairs[:-1], out=across.reshape(-1)[1:-1])
+    np.maximum(values[:, 0], values[:, 1], out=across[:, 0])
+    np.maximum(values[:, -1], values[:, -2], out=across[:, -1])
     both = across.copy()
     np.maximum(both[1:], across[:-1], out=both[1:])
     np.maximum(both[:-1], across[1:], out=both[:-1])
@@ -153,7 +156,7 @@ def mask_pixels(
     scratch[y1:y2, x1:x2] = shrunk(window, rim, (x1 == 0, x2 == width, y1 == 0, y2 == height))
     # Whole rows lie together, and outside of the box there is nothing of the mask.
     pixels = np.flatnonzero(mask[y1:y2] & usable[y1:y2]) + y1 * width
-    return pixels, scratch.reshape(-1)[pixels]
+    return pixels, scratch.reshape(-1).take(pixels)
 
 
 def shrunk(mask: NDArray[np.bool_], rim: int, cut: tuple[bool, bool, bool, bool]) -> NDArray[np.bool_]:
@@ -183,7 +186,7 @@ def shrunk(mask: NDArray[np.bool_], rim: int, cut: tuple[bool, bool, bool, bool]
 def unproject(frame: Frame, pixels: NDArray[np.intp]) -> Floats:
     """(n, 3) float32 m in the map's frame: the points at flat positions pixels (n,) of the depth picture."""
     width = frame.depth.shape[1]
-    z = frame.depth.reshape(-1)[pixels]
+    z = frame.depth.reshape(-1).take(pixels)
     v, u = np.divmod(pixels.astype(np.int32), np.int32(width))
     lens = frame.K.astype(np.float32)
     x = (u - lens[0, 2]) * (z * (1 / lens[0, 0]))
