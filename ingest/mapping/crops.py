@@ -18,7 +18,7 @@ PAD = 20
 LONGEST = 256
 LONGEST_OF_ROOM = 128
 """Pixels of the longer side. Larger ones are scaled down; a wall is told by its colour."""
-QUALITY = 80
+QUALITY = 75
 """Of the JPEG. Two hundred objects with ten crops each take some 7 MB."""
 
 IN_MEMORY = 64 << 20
