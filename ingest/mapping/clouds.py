@@ -96,9 +96,9 @@ def _keep_pieces(batch: list[int], rows: list[Ints], mapper: Mapper) -> None:
     owner = np.repeat(np.arange(len(batch), dtype=np.int32), [len(rows[at]) for at in batch])
     cells = mapper.voxels.cells.take(np.concatenate([np.zeros(0, np.int32), *(rows[at] for at in batch)]), axis=0)
     kept = pieces(owner, cells, np.zeros(len(batch), np.bool_), mapper.how.lifting, SMALLEST_PIECE)
-    ends = np.cumsum([len(rows[at]) for at in batch])[:-1]
-    for at, some in zip(batch, np.split(kept, ends), strict=True):
-        rows[at] = rows[at][some]
+    start = 0
+    for at in batch:
+        rows[at], start = rows[at][kept[start : start + len(rows[at])]], start + len(rows[at])
 
 
 def _thinned(rows: Ints, voxels: Voxels) -> NDArray[np.bool_]:
