@@ -494,3 +494,45 @@ def test_the_real_frames_map_without_a_model(data: Path) -> None:
     assert {"wall", "floor"} & {obj.tag for obj in scene.objects}
     # An arm chair stands in the middle of the room: something of its size is found where it is seen in all frames.
     assert any(o.extent is not None and 0.3 < max(o.extent) < 1.2 and o.n_observations == 5 for o in scene.objects)
+
+
+def test_columns_grow_and_large_spaces_give_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = mapped(6)
+    monkeypatch.setattr("cgdb.ingest.mapping.voxels._ROOM", 64)
+    monkeypatch.setattr("cgdb.ingest.mapping.lift._DENSE", 0)
+    grown = mapped(6)
+    assert len(grown.voxels.seen) < 1 << 20 < len(usual.voxels.seen)
+    for one, other in zip(grown.scene("a").objects, usual.scene("a").objects, strict=True):
+        assert one.points is not None and other.points is not None
+        np.testing.assert_array_equal(one.points, other.points)
+
+
+def test_voxels_know_what_is_beside_them_and_in_a_box() -> None:
+    voxels = Voxels(0.025)
+    rng = np.random.default_rng(2)
+    cells = np.unique(rng.integers(-70, 70, (60_000, 3)).astype(np.int32), axis=0)
+    rows = voxels.make(cells)
+    around = voxels.around(rows)
+    np.testing.assert_array_equal(around[0], rows)
+    steps = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+    for face, step in enumerate(steps, start=1):
+        np.testing.assert_array_equal(around[face], voxels.find(cells + np.array(step, np.int32)))
+    low, high = np.array([-65, -10, 3], np.int32), np.array([-20, 10, 30], np.int32)
+    inside = rows[((cells >= low) & (cells <= high)).all(axis=1)]
+    found = voxels.within(low, high)
+    assert len(inside) and np.isin(inside, found).all() and len(np.unique(found)) == len(found) < len(rows) / 4
+    everywhere = voxels.within(np.full(3, -100_000, np.int32), np.full(3, 100_000, np.int32))
+    assert np.isin(rows, everywhere).all()
+    distinct, place = voxels.numbered(rows[[5, 3, 5, 9, 3]])
+    assert len(distinct) == 3 and distinct[place].tolist() == rows[[5, 3, 5, 9, 3]].tolist()
+
+
+def test_claims_that_meet_are_added_up_and_those_of_nobody_go() -> None:
+    voxels = Voxels(0.1)
+    row = voxels.make(np.zeros((1, 3), np.int32))
+    for number, times in ((3, 5), (8, 2), (20, 1)):
+        for _ in range(times):
+            voxels.vote(row, np.array([number], np.int32), np.array([4.0], np.float32))
+    voxels.rename(row, {8: 3, 20: -1, 50: 3})
+    held = dict(zip(voxels.owners[0].tolist(), voxels.votes[0].tolist(), strict=True))
+    assert held[3] == 28.0 and set(held) == {3, -1} and held[-1] == 0.0
