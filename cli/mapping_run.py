@@ -197,6 +197,10 @@ class Run:
             self._say(f"note: {count} frames left out: {reason}")
         for doubt, count in self.recording.doubts.most_common(3):
             self._say(f"note: {doubt}" + (f" ({count} frames)" if count > 1 else ""))
+        if not scene.objects:
+            self._say(
+                f"note: no object was seen in {self.options.min_detections} frames; --min-detections 1 takes all there is"
+            )
         what = "nothing new" if revision is None else f"revision {revision}"
         self._say(
             f"{self.options.sequence}: scene '{self.name}', {mapped} frames, {len(scene.objects)} objects, "

@@ -310,3 +310,14 @@ def test_an_interrupted_map_goes_on(how: signal.Signals, tmp_path: Path) -> None
     whole = tmp_path / "whole.cgdb"
     assert main(["map", str(root), "--into", str(whole), "--every", "0", "--quiet"]) == 0
     same_map(scene_of(store), scene_of(whole))
+
+
+def test_a_recording_of_one_frame_says_how_its_things_are_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root, store = write_recording(tmp_path / "office", 1), tmp_path / "house.cgdb"
+    assert main(["map", str(root), "--into", str(store)]) == 0
+    assert "no object was seen in 3 frames; --min-detections 1 takes all there is" in capsys.readouterr().err
+    assert main(["map", str(root), "--into", str(store), "--on-existing", "replace", "--min-detections", "1"]) == 0
+    assert "no object" not in capsys.readouterr().err
+    assert len(tags(store, "office")) >= 4
