@@ -199,7 +199,8 @@ class Run:
             self._say(f"note: {doubt}" + (f" ({count} frames)" if count > 1 else ""))
         if not scene.objects:
             self._say(
-                f"note: no object was seen in {self.options.min_detections} frames; --min-detections 1 takes all there is"
+                f"note: no object was seen in {self.options.min_detections} frames; "
+                "--min-detections 1 takes all there is"
             )
         what = "nothing new" if revision is None else f"revision {revision}"
         self._say(
