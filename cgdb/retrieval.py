@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CgdbError, ExecuteError
-from cgdb.export_planner import planner
+from cgdb.export.planner_json import planner
 from cgdb.judged import JudgedQuery
 from cgdb.meaning.embed import text_encoder
 from cgdb.model.llm import Model, ModelError, Usage

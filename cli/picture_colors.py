@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cgdb.cli import picture_style as style
 from cgdb.cli.picture_scene import CEILING, FLOOR, THING, WALL
 from cgdb.errors import UsageError
-from cgdb.export_cloud import distinct
+from cgdb.export.cloud import distinct
 
 if TYPE_CHECKING:
     from cgdb.cli.picture_scene import PictureScene

@@ -17,9 +17,9 @@ import cgdb
 from cgdb.cli import app
 from cgdb.errors import ExportError, MissingExtraError, UsageError
 from cgdb.export import document, export
-from cgdb.export_cloud import EDGES, WALK, box_corners, clean, things
-from cgdb.export_glb import _to_y_up
-from cgdb.export_rerun import _quaternion
+from cgdb.export.cloud import EDGES, WALK, box_corners, clean, things
+from cgdb.export.glb import _to_y_up
+from cgdb.export.rerun import _quaternion
 from cgdb.scene import UP_AXES, Place, Relation, SceneGraph, SceneObject, View
 
 HOSTILE = "end_header\nelement face 9\n\x1b]0;owned\x07 日本語 \ud800" + "long " * 500

@@ -13,7 +13,7 @@ import pytest
 import cgdb.ingest
 from cgdb.errors import UsageError
 from cgdb.export import document, dumps, export
-from cgdb.export_planner import BYTES_PER_TOKEN, SHORT_CAPTION
+from cgdb.export.planner_json import BYTES_PER_TOKEN, SHORT_CAPTION
 from cgdb.ingest import scene_json
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject
 

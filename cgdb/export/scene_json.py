@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.export_document import Document, json_text, json_value
+from cgdb.export.documents import Document, json_text, json_value
 from cgdb.scene import Place, Relation, SceneGraph, SceneObject, View
 
 VERSION = 2

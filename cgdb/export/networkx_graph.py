@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from cgdb.errors import ExportError, MissingExtraError
-from cgdb.export_document import Document, json_text, json_value
+from cgdb.export.documents import Document, json_text, json_value
 from cgdb.scene import ObjectId, Place, Relation, SceneGraph, SceneObject
 
 if TYPE_CHECKING:

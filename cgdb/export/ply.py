@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cgdb.export_cloud import EDGES, MOST_POINTS, Things, label, things
-from cgdb.export_document import Document
+from cgdb.export.cloud import EDGES, MOST_POINTS, Things, label, things
+from cgdb.export.documents import Document
 from cgdb.scene import Place, SceneGraph, SceneObject
 
 _FAR = 10_000.0

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import MissingExtraError
-from cgdb.export_cloud import MOST_POINTS, WALK, Thing, clean, label, things, titled
-from cgdb.export_document import Document
+from cgdb.export.cloud import MOST_POINTS, WALK, Thing, clean, label, things, titled
+from cgdb.export.documents import Document
 from cgdb.geometry import parse_up
 from cgdb.scene import SceneGraph, SceneObject
 

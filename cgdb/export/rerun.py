@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import ExportError, MissingExtraError
-from cgdb.export_cloud import MOST_POINTS, Things, clean, distinct, label, placed, things, titled
-from cgdb.export_document import Document
+from cgdb.export.cloud import MOST_POINTS, Things, clean, distinct, label, placed, things, titled
+from cgdb.export.documents import Document
 from cgdb.scene import Place, SceneGraph, SceneObject
 
 _PIECE = 1 << 20

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import UsageError
-from cgdb.export_document import Document, json_text
+from cgdb.export.documents import Document, json_text
 from cgdb.scene import ObjectId, Relation, SceneGraph, SceneObject
 
 BYTES_PER_TOKEN = 4
