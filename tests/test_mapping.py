@@ -23,7 +23,7 @@ from cgdb.ingest.mapping.upright import upright_box
 from cgdb.ingest.mapping.voxels import Voxels
 from cgdb.ingest.relations.relate import with_geometry
 from cgdb.scene import SceneGraph, check_scene
-from tests.mapping_rooms import ROOM, Box, render, room_frame
+from tests.mapping_rooms import ROOM, Box, looking, render, room_frame
 
 
 def mapped(count: int = 12, how: Mapping | None = None) -> Mapper:
@@ -143,6 +143,28 @@ def test_best_views_are_those_with_most_points() -> None:
     for obj in mapper.scene("room").objects:
         points = [view.points for view in obj.views]
         assert len(points) == 10 == obj.properties["n_views"] and points == sorted(points, reverse=True)
+
+
+def test_a_near_view_shows_more_points_than_a_far_one() -> None:
+    """The same face fills the same voxels from near and far, but not as many pixels."""
+    cube = (Box("cube", (-0.15, 0.0, 0.35), (0.15, 0.3, 0.65), (200, 40, 40)),)
+    mapper = Mapper(Mapping(selection=Selection(largest_share=1.0)))
+    masks = []
+    for number, away in enumerate((1.6, 0.4, 0.8)):
+        pose = looking((0.0, -away, 0.5), (0.0, 0.0, 0.5))
+        depth, which = render(pose, cube)
+        frame = dataclasses.replace(room_frame(0)[0], index=number, depth=depth, T_world_camera=pose)
+        masks.append(which == 0)
+        mapper.step(
+            frame, checked(masks[-1][None], where="f", labels=["cube"], features=np.eye(1, 8, dtype=np.float32))
+        )
+    (cube_seen,) = mapper.objects.all
+    views = sorted(cube_seen.views, reverse=True)
+    assert [view.frame for view in views] == [1, 2, 0]
+    for view in views:  # all but the rim, to within what a grid of every fourth pixel can say
+        rim = masks[view.frame].sum() - shrunk(masks[view.frame], 2, (False,) * 4).sum()
+        assert view.points == pytest.approx(int(masks[view.frame].sum()), abs=int(rim))
+    assert cube_seen.widest == 12 * 12
 
 
 def test_memory_does_not_grow_with_the_number_of_frames() -> None:

@@ -15,7 +15,7 @@ from cgdb.ingest.mapping.mapper import Mapper, Mapping, Session
 from cgdb.ingest.mapping.presence import Presence
 from cgdb.ingest.mapping.voxels import COLUMNS, SLOTS
 
-VERSION = 4
+VERSION = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -142,4 +142,4 @@ def _shown(
 
 def _well(obj: MapObject, visible: int, how: Consensus) -> bool:
     """Whether enough of a thing is in view to say anything of it."""
-    return not obj.background and visible >= how.visible * max((view.points for view in obj.views), default=0)
+    return not obj.background and visible >= how.visible * obj.widest

@@ -24,7 +24,7 @@ VIEWS = 10
 
 @dataclass(frozen=True, slots=True, order=True)
 class Sighting:
-    """A detection of an object, ordered by how many voxels of it were seen free of noise.
+    """A detection of an object, ordered by how many pixels of the depth picture show it free of noise.
 
     box: left, top, right, bottom in pixels of the frame as it was mapped. pose: (4, 4) float64 T_world_camera.
     crop: its number among the crops, None without.
@@ -42,7 +42,8 @@ class Sighting:
 class MapObject:
     """An object so far. low, high (3,): its box in cells; n: detections; views: the best, a heap.
 
-    extremes (26, 3) int32: its outermost cells, where boxes are turned with their things.
+    widest: voxels of it that were seen at once. extremes (26, 3) int32: its outermost cells, where boxes are turned
+    with their things.
     """
 
     id: int
@@ -52,6 +53,7 @@ class MapObject:
     first: int
     last: int
     n: int = 0
+    widest: int = 0
     confidence: float = 0.0
     labels: Counter[str] = field(default_factory=Counter)
     views: list[Sighting] = field(default_factory=list)
@@ -169,6 +171,7 @@ class Objects:
         for space, values in _features(found):
             self._add_feature(space, at, values[source], obj.n)
         obj.n += 1
+        obj.widest = max(obj.widest, int(lifted.solid[k]))
         obj.confidence += float(found.confidence[source])
         if found.labels[source]:
             obj.labels[found.labels[source]] += 1
@@ -293,6 +296,7 @@ class Objects:
         kept.extremes = outermost(kept.extremes, gone.extremes)
         kept.first, kept.last = min(kept.first, gone.first), max(kept.last, gone.last)
         kept.n += gone.n
+        kept.widest = max(kept.widest, gone.widest)
         kept.confidence += gone.confidence
         kept.labels.update(gone.labels)
         both = sorted([*kept.views, *gone.views], reverse=True)
@@ -335,7 +339,7 @@ def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]
 def _record_of(obj: MapObject) -> dict[str, Any]:
     """An object as plain values."""
     return {
-        **{key: getattr(obj, key) for key in ("id", "background", "first", "last", "n", "confidence")},
+        **{key: getattr(obj, key) for key in ("id", "background", "first", "last", "n", "widest", "confidence")},
         "low": obj.low.tolist(),
         "high": obj.high.tolist(),
         "extremes": None if obj.extremes is None else obj.extremes.tolist(),
@@ -360,6 +364,7 @@ def _object_of(value: dict[str, Any], sights: Iterator[tuple[NDArray[np.float64]
         first=int(value["first"]),
         last=int(value["last"]),
         n=int(value["n"]),
+        widest=int(value["widest"]),
         confidence=float(value["confidence"]),
         labels=Counter({str(name): int(count) for name, count in value["labels"].items()}),
         views=seen,

@@ -51,8 +51,9 @@ class Lifted:
 
     source (k,): their rows among the detections. rows (m,) int32: voxels, ascending within a detection; owner (m,):
     whose; strength (m,) float32: 1 near the outline, STRONG within. low, high (k, 3) int32: boxes in cells.
-    points (k,): voxels of strength STRONG. mask_rows, mask_owner (w,) int32: the same of all that the masks cover,
-    before anything was taken for noise. extremes (k, 26, 3) int32: the outermost cells, where boxes are to be turned.
+    solid (k,): voxels of strength STRONG; points (k,): pixels of the depth picture in these. mask_rows, mask_owner (w,)
+    int32: voxels and whose of all that the masks cover, before anything was taken for noise. extremes (k, 26, 3) int32:
+    the outermost cells, where boxes are to be turned.
     """
 
     source: NDArray[np.intp]
@@ -61,6 +62,7 @@ class Lifted:
     strength: Floats
     low: Ints
     high: Ints
+    solid: NDArray[np.intp]
     points: NDArray[np.intp]
     mask_rows: Ints
     mask_owner: Ints
@@ -73,7 +75,8 @@ class Lifted:
 def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: NDArray[np.bool_]) -> Lifted:
     """The detections as sets of voxels, made where there were none. whole (n,): those that may be in several pieces."""
     usable = usable_pixels(frame.depth, how)
-    sampled = usable & sampling_grid(frame, how.spacing * voxels.size)
+    spacing = how.spacing * voxels.size
+    sampled = usable & sampling_grid(frame, spacing)
     scratch = np.zeros(frame.depth.shape, np.bool_)
     picks = [
         mask_pixels(mask, box, sampled, how.rim, scratch) for mask, box in zip(found.masks, found.xyxy, strict=True)
@@ -86,6 +89,7 @@ def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: N
         return _nothing()
     points = unproject(frame, pixels)
     rows, place = voxels.add_samples(points, frame.rgb.reshape(-1, 3).take(pixels, axis=0))
+    within = np.bincount(place, weights=stands_for(frame, pixels, spacing), minlength=len(rows))
     place_of = np.empty(frame.depth.size, np.int32)
     place_of[pixels] = place
     owner, place, strong = _distinct(picks, place_of, len(rows))
@@ -93,9 +97,9 @@ def lift(frame: Frame, found: Detections, voxels: Voxels, how: Lifting, whole: N
     repeated = _repeated(owner, place, len(rows), found, how)
     if repeated.any():
         first = ~repeated[owner]
-        owner, row, strong = owner[first], row[first], strong[first]
+        owner, place, row, strong = owner[first], place[first], row[first], strong[first]
     kept = pieces(owner, voxels.cells.take(row, axis=0), whole, how)
-    return _lifted(len(picks), owner, row, strong, kept, voxels, how)
+    return _lifted(len(picks), owner, row, strong, within.take(place), kept, voxels, how)
 
 
 def usable_pixels(depth: Floats, how: Lifting) -> NDArray[np.bool_]:
@@ -117,13 +121,27 @@ def sampling_grid(frame: Frame, spacing: float) -> NDArray[np.bool_]:
     """(h, w) bool: every pixel where things are far, every second or fourth where their points lie denser than spacing
     (m): they would fall into the same voxels."""
     height, width = frame.depth.shape
-    focal = float(min(frame.K[0, 0], abs(frame.K[1, 1])))
     grid = np.ones((height, width), np.bool_)
-    for step in (2, 4):
+    for step, depth in _sparser(frame, spacing):
         coarse = np.zeros((height, width), np.bool_)
         coarse[::step, ::step] = True
-        grid &= coarse | (frame.depth > spacing * focal / step)
+        grid &= coarse | (frame.depth > depth)
     return grid
+
+
+def stands_for(frame: Frame, pixels: NDArray[np.intp], spacing: float) -> Floats:
+    """(n,) float32 how many pixels of the picture each of the grid's, at flat positions pixels (n,), stands for."""
+    depth = frame.depth.reshape(-1).take(pixels)
+    found = np.ones(len(pixels), np.float32)
+    for step, nearer in _sparser(frame, spacing):
+        found[depth <= nearer] = step * step
+    return found
+
+
+def _sparser(frame: Frame, spacing: float) -> list[tuple[int, float]]:
+    """(step, depth in m up to which only every step-th pixel of every step-th row is used), farthest first."""
+    focal = float(min(frame.K[0, 0], abs(frame.K[1, 1])))
+    return [(step, spacing * focal / step) for step in (2, 4)]
 
 
 def _spread(values: Floats) -> Floats:
@@ -384,11 +402,12 @@ def _lifted(
     mask_owner: Ints,
     mask_rows: Ints,
     mask_strong: NDArray[np.bool_],
+    within: NDArray[Any],
     kept: NDArray[np.bool_],
     voxels: Voxels,
     how: Lifting,
 ) -> Lifted:
-    """The detections with enough voxels. kept (w,): which voxels of the masks are no noise."""
+    """The detections with enough voxels. within (w,): pixels in each voxel of a mask; kept (w,): which are no noise."""
     enough = np.bincount(mask_owner[kept], minlength=count) >= how.least_voxels
     source = np.flatnonzero(enough)
     if not len(source):
@@ -406,7 +425,8 @@ def _lifted(
         strength=np.where(strong, np.float32(STRONG), np.float32(1.0)),
         low=np.minimum.reduceat(cells, start),
         high=np.maximum.reduceat(cells, start),
-        points=np.bincount(owner, weights=strong, minlength=len(source)).astype(np.intp),
+        solid=np.bincount(owner, weights=strong, minlength=len(source)).astype(np.intp),
+        points=np.bincount(owner, weights=within.take(chosen) * strong, minlength=len(source)).astype(np.intp),
         mask_rows=mask_rows[stays],
         mask_owner=number[mask_owner[stays]],
     )
@@ -420,6 +440,7 @@ def _nothing() -> Lifted:
         strength=np.zeros(0, np.float32),
         low=np.zeros((0, 3), np.int32),
         high=np.zeros((0, 3), np.int32),
+        solid=np.zeros(0, np.intp),
         points=np.zeros(0, np.intp),
         mask_rows=np.zeros(0, np.int32),
         mask_owner=np.zeros(0, np.int32),

@@ -15,7 +15,10 @@ from cgdb.ingest.mapping.fuse import MapObject, Sighting
 from cgdb.ingest.mapping.lift import STRONG
 from cgdb.ingest.mapping.mapper import Mapper, Mapping, Session
 from cgdb.ingest.mapping.oriented import extremes
-from cgdb.scene import PropertyValue, SceneGraph, SceneObject
+from cgdb.scene import ObjectId, PropertyValue, SceneGraph, SceneObject
+
+Names = tuple[str | None, tuple[str, ...]]
+"""The tag and the tags of an object."""
 
 CERTAIN = 3
 """Sightings that a voxel of a finished map is worth: new ones can outvote it, one cannot."""
@@ -80,6 +83,7 @@ def _object_of(mapper: Mapper, obj: SceneObject, at: int) -> MapObject:
         first=first,
         last=last,
         n=n,
+        widest=len(rows) // 2,  # a scene does not say; about half of a thing is seen at once
         confidence=n * (1.0 if obj.confidence is None else obj.confidence),
         labels=labels,
         views=seen,
@@ -92,24 +96,37 @@ def _whole(properties: MappingOf[str, PropertyValue], name: str) -> int:
     return int(value) if isinstance(value, (int, float)) else 0
 
 
-def carried(scene: SceneGraph, before: SceneGraph) -> SceneGraph:
-    """The scene with what others have said of its objects since: captions, properties, and relations not of geometry.
+def carried(scene: SceneGraph, stored: SceneGraph, own: MappingOf[ObjectId, Names] | None = None) -> SceneGraph:
+    """The scene with what others have said of its objects: names, captions, properties, and relations not of geometry.
 
-    A map knows names and boxes only; a caption, or "can be sat on", is of the thing and not of the day.
+    stored: the scene as the store holds it now. own: what the map itself called its objects in the revision that it
+    wrote last; what is called otherwise now was named by somebody else. Of objects that are not in it only names that
+    came from a model are. What others said stays, whatever the map calls the thing by now: they knew its vote.
     """
-    old = {obj.id: obj for obj in before.objects}
-    objects = []
-    for obj in scene.objects:
-        known = old.get(obj.id)
-        if known is not None:
-            tag = known.tag if known.caption is not None and known.tag else obj.tag
-            kept: dict[str, Any] = {name: v for name, v in known.properties.items() if name not in _OWN}
-            obj = replace(obj, tag=tag, caption=known.caption or obj.caption, properties={**kept, **obj.properties})
-        objects.append(obj)
-    names = {obj.id for obj in objects} | {place.id for place in before.places}
-    relations = [r for r in before.relations if r.origin != "geometry" and r.source in names and r.target in names]
+    own = own or {}
+    known = {obj.id: obj for obj in stored.objects}
+    objects = [_with_said(obj, known[obj.id], own.get(obj.id)) if obj.id in known else obj for obj in scene.objects]
+    ends = {obj.id for obj in objects} | {place.id for place in stored.places}
+    relations = [r for r in stored.relations if r.origin != "geometry" and r.source in ends and r.target in ends]
     return replace(
-        scene, objects=tuple(objects), relations=(*scene.relations, *relations), places=(*scene.places, *before.places)
+        scene, objects=tuple(objects), relations=(*scene.relations, *relations), places=(*scene.places, *stored.places)
+    )
+
+
+def names_of(obj: SceneObject) -> Names:
+    """What an object is called."""
+    return obj.tag, obj.tags
+
+
+def _with_said(obj: SceneObject, known: SceneObject, own: Names | None) -> SceneObject:
+    """The object with what the stored one was given by others. A caption, or "can be sat on", is of the thing and not
+    of the day."""
+    by_model = known.caption is not None or "tagged_by" in known.properties
+    others = by_model if own is None else names_of(known) != own
+    tag, tags = names_of(known if others and known.tag else obj)
+    kept = {name: value for name, value in known.properties.items() if name not in _OWN}
+    return replace(
+        obj, tag=tag, tags=tags, caption=known.caption or obj.caption, properties={**kept, **obj.properties}
     )
 
 
