@@ -1,12 +1,11 @@
-"""The options of the commands that evaluate maps: ``cgdb eval mapping``, ``semseg`` and ``graph``."""
+"""The options of the commands that evaluate: ``cgdb eval mapping``, ``semseg``, ``graph`` and ``retrieval``."""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser
-from collections.abc import Callable
 from typing import Any
 
-Command = Callable[[Any, str, str, str, str], ArgumentParser]
+from cgdb.cli.command_line import Parser, as_json, command, conversation, encoders, quiet, reranker, scenes
+from cgdb.judged import LAYOUT
 
 CLOUDS = """\
 the truth, a labelled cloud:
@@ -33,14 +32,18 @@ best views, and form.html, a page to judge in; each person saves a form of their
 own, and --verdicts counts them; the majority decides."""
 
 
-def add(evaluations: Any, command: Command) -> None:
-    """Add the commands. command: how this program makes one."""
-    _mapping(evaluations, command)
-    _semseg(evaluations, command)
-    _graph(evaluations, command)
+def add(commands: Any) -> None:
+    """Add ``eval``, and under it the commands."""
+    says = "measure how good maps are, and how well questions are answered"
+    evaluate = commands.add_parser("eval", help=says, description=says[0].upper() + says[1:] + ".")
+    evaluations = evaluate.add_subparsers(title="evaluations", metavar="WHAT", required=True)
+    _mapping(evaluations)
+    _semseg(evaluations)
+    _graph(evaluations)
+    _retrieval(evaluations)
 
 
-def _mapping(evaluations: Any, command: Command) -> None:
+def _mapping(evaluations: Any) -> None:
     mapping = command(
         evaluations,
         "mapping",
@@ -60,7 +63,7 @@ def _mapping(evaluations: Any, command: Command) -> None:
     )
 
 
-def _semseg(evaluations: Any, command: Command) -> None:
+def _semseg(evaluations: Any) -> None:
     semseg = command(
         evaluations,
         "semseg",
@@ -85,9 +88,7 @@ def _semseg(evaluations: Any, command: Command) -> None:
         "--template", default="an image of {c}", metavar="TEXT", help="a class as text (an image of {c})"
     )
     semseg.add_argument("--space", help="the feature space to compare in (clip)")
-    semseg.add_argument(
-        "--encoder", action="append", default=[], metavar="SPACE=ENCODER", help="the encoder of a feature space"
-    )
+    encoders(semseg, "the encoder of a feature space")
     semseg.add_argument(
         "--classes",
         choices=("scene", "all"),
@@ -100,7 +101,7 @@ def _semseg(evaluations: Any, command: Command) -> None:
     semseg.add_argument("--within", type=float, metavar="M", help="nearest points farther away are none (no limit)")
 
 
-def _graph(evaluations: Any, command: Command) -> None:
+def _graph(evaluations: Any) -> None:
     graph = command(
         evaluations,
         "graph",
@@ -133,7 +134,33 @@ def _graph(evaluations: Any, command: Command) -> None:
     graph.add_argument("--nodes", action="store_true", help="list the verdict on every node")
 
 
-def _common(parser: ArgumentParser, *, needed: bool = True) -> None:
+def _retrieval(evaluations: Any) -> None:
+    retrieval = command(
+        evaluations,
+        "retrieval",
+        "evaluate:retrieval",
+        "answer judged queries in several ways, and print a table of scores",
+        "cgdb eval retrieval lab.json --judgements judgements.json --ways encoder,built-in,model+rerank\n\n" + LAYOUT,
+    )
+    retrieval.add_argument("maps", nargs="*", metavar="MAP", help="the maps to ask (all that the judgements name)")
+    retrieval.add_argument("--judgements", required=True, metavar="FILE", help="the judged queries, laid out as below")
+    retrieval.add_argument(
+        "--ways",
+        default="encoder,built-in",
+        help="some of words, encoder, clip, meaning, built-in, embedding+cross, built-in+cross, model, model+rerank, "
+        "whole-map (encoder,built-in)",
+    )
+    reranker(retrieval)
+    retrieval.add_argument("--per-map", action="store_true", help="a table for each map, too")
+    retrieval.add_argument("--save", default="retrieval.jsonl", metavar="FILE", help="every answer (retrieval.jsonl)")
+    retrieval.add_argument("--resume", action="store_true", help="ask only what FILE does not hold yet")
+    as_json(retrieval, "the scores as JSON on stdout")
+    quiet(retrieval, "no progress")
+    conversation(retrieval)
+    encoders(retrieval)
+
+
+def _common(parser: Parser, *, needed: bool = True) -> None:
     parser.add_argument("stores", nargs="+", metavar="STORE", help="the folders of the stores")
     parser.add_argument(
         "--truth",
@@ -142,11 +169,11 @@ def _common(parser: ArgumentParser, *, needed: bool = True) -> None:
         metavar="[SCENE=]PATH",
         help="the truth of each scene; without SCENE= it is found by its name",
     )
-    parser.add_argument("--scene", action="append", help="this scene only (may be repeated)")
-    parser.add_argument("--json", action="store_true", help="all figures as JSON")
-    parser.add_argument("--quiet", action="store_true", help="no notes")
+    scenes(parser)
+    as_json(parser, "all figures as JSON")
+    quiet(parser, "no notes")
 
 
-def _clouds(parser: ArgumentParser) -> None:
+def _clouds(parser: Parser) -> None:
     parser.add_argument("--names", metavar="FILE", help="what the truth's class numbers are called")
     parser.add_argument("--align", metavar="FILE", help="a pose (4 x 4) that brings the truth into the map's frame")

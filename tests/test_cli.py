@@ -163,14 +163,14 @@ def test_without_a_word_the_help_is_shown(capfd: pytest.CaptureFixture[str]) -> 
 
 
 def test_help_names_what_there_is() -> None:
-    from cgdb.cli import app
+    from cgdb.cli import making_options
     from cgdb.ingest.detections.files import KINDS
     from cgdb.ingest.frames.recording import LAYOUTS
     from cgdb.ingest.loading import FORMATS
 
-    assert ", ".join(LAYOUTS) == app.LAYOUTS
-    assert ", ".join(KINDS) == app.KINDS
-    assert ", ".join(FORMATS) == app.FORMATS
+    assert ", ".join(LAYOUTS) == making_options.LAYOUTS
+    assert ", ".join(KINDS) == making_options.KINDS
+    assert ", ".join(FORMATS) == making_options.FORMATS
 
 
 def test_much_json_is_not_poured_into_a_terminal(
