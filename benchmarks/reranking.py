@@ -27,9 +27,9 @@ from typing import Any
 
 from benchmarks.report import folder_of_stores, table
 from benchmarks.translate import store
-from cgdb.asked import answering
+from cgdb.asking.answer import answering
 from cgdb.database import Database
-from cgdb.judged import JudgedQuery, judgements
+from cgdb.evaluation.judged import JudgedQuery, judgements
 from cgdb.model.abilities import Abilities
 from cgdb.model.llm import Model, Response, estimated_tokens
 from cgdb.model.llm_settings import Settings

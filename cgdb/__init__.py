@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cgdb.asked import Answer as Answer
+    from cgdb.asking.answer import Answer as Answer
     from cgdb.bound import Vector as Vector
     from cgdb.database import Database as Database
     from cgdb.database import open as open
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Answer": "cgdb.asked",
+    "Answer": "cgdb.asking.answer",
     "Vector": "cgdb.bound",
     "Database": "cgdb.database",
     "open": "cgdb.database",

@@ -36,7 +36,7 @@ from cgdb.view import SceneView
 if TYPE_CHECKING:
     import networkx
 
-    from cgdb.asked import Answer
+    from cgdb.asking.answer import Answer
     from cgdb.enrich.calls import Pace
     from cgdb.enrich.captions import Captioning
     from cgdb.enrich.properties import Enrichment
@@ -255,7 +255,7 @@ class Database:
         model: True for the configured one, if any; False for the built-in translator; or what ``llm.connect`` gives.
         rerank: True for that model; "cross:" and a cross-encoder's folder or name; a re-ranker; or False.
         """
-        from cgdb.ask import ask
+        from cgdb.asking.ask import ask
 
         return ask(
             self,

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cgdb
-from cgdb.asked import first_node
+from cgdb.asking.answer import first_node
 from cgdb.cli import asking, render, values
 from cgdb.errors import UsageError
 
 if TYPE_CHECKING:
-    from cgdb.asked import Answer
+    from cgdb.asking.answer import Answer
     from cgdb.model.llm import Model
     from cgdb.result import Row
 

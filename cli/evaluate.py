@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import cgdb
 from cgdb.cli import ask, render, values
 from cgdb.errors import UsageError, did_you_mean, one_of
-from cgdb.judged import JudgedQuery, chosen, judgements
+from cgdb.evaluation.judged import JudgedQuery, chosen, judgements
 
 if TYPE_CHECKING:
-    from cgdb.answers_kept import Kept
+    from cgdb.evaluation.answers_kept import Kept
+    from cgdb.evaluation.retrieval import Helpers, Outcome, Scores, Share
     from cgdb.model.rerank import Reranker
-    from cgdb.retrieval import Helpers, Outcome, Scores, Share
 
 Results = dict[str, list[tuple[JudgedQuery, "Outcome"]]]
 """{way: (query, what it answered)}."""
@@ -26,8 +26,8 @@ Results = dict[str, list[tuple[JudgedQuery, "Outcome"]]]
 
 def retrieval(options: Namespace) -> int:
     """Ask every query in every way, save the answers, and print the scores."""
-    from cgdb.answers_kept import kept
-    from cgdb.retrieval import WAYS, Helpers, scores
+    from cgdb.evaluation.answers_kept import kept
+    from cgdb.evaluation.retrieval import WAYS, Helpers, scores
 
     ways = [way.strip() for way in options.ways.split(",") if way.strip()]
     for way in ways:
@@ -90,8 +90,8 @@ def _one_map(
 ) -> Results:
     """What each way answers to the queries of a map, which is opened only where something was not answered before."""
     from cgdb import ingest
+    from cgdb.evaluation.retrieval import WAYS, asked
     from cgdb.meaning.embed import TEXT_MODEL
-    from cgdb.retrieval import WAYS, asked
 
     before = {(way, query.id): saved.find(name, way, query) for way in ways for query in queries}
     results: Results = {way: [] for way in ways}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cgdb.cli.command_line import Parser, as_json, command, conversation, encoders, quiet, reranker, scenes
-from cgdb.judged import LAYOUT
+from cgdb.evaluation.judged import LAYOUT
 
 CLOUDS = """\
 the truth, a labelled cloud:

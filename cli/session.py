@@ -19,7 +19,7 @@ from cgdb.grammar.printer import to_text
 from cgdb.limits import Limits
 
 if TYPE_CHECKING:
-    from cgdb import asked
+    from cgdb.asking.answer import Answer as InWords
     from cgdb.database import Database
     from cgdb.result import Result
 
@@ -58,7 +58,7 @@ class Session:
         self.parameters: dict[str, Any] = {}
         self.use = Use()
         self.last: Answer | None = None
-        self.asked: asked.Answer | None = None
+        self.asked: InWords | None = None
         """The last answer to a question in plain words, which the next may follow up."""
         self.statement: str | None = None
         """The last statement, right or wrong: what ``:save`` and ``:explain`` speak of."""

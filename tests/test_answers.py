@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cgdb.asked import Answer
+from cgdb.asking.answer import Answer
 from cgdb.database import Database
 from cgdb.errors import UsageError
 from cgdb.limits import Limits

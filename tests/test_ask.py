@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import cgdb
-from cgdb.asked import Answer
+from cgdb.asking.answer import Answer
 from cgdb.database import Database
 from cgdb.errors import ExecuteError, UsageError
 from cgdb.model.llm import Model, connect

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cgdb
-from cgdb.asked import Answer
+from cgdb.asking.answer import Answer
 from cgdb.cli.app import main
 from cgdb.database import Database
 from cgdb.english.translate import translate

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from cgdb.cli.app import main
-from cgdb.judged import JudgedQuery
-from cgdb.retrieval import WAYS, Helpers, Outcome, asked, scores, share
+from cgdb.evaluation.judged import JudgedQuery
+from cgdb.evaluation.retrieval import WAYS, Helpers, Outcome, asked, scores, share
 from cgdb.scene import FeatureSpace, SceneGraph, SceneObject
 from cgdb.testing import store
 from tests import model_server as server

@@ -14,9 +14,17 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cgdb.asked import Answer, first_node
+from cgdb.asking.answer import Answer, first_node
+from cgdb.asking.draft import Draft, among_previous
+from cgdb.asking.explained import Explained, explained
+from cgdb.asking.intake import LONGEST_QUESTION, follow_up, scenes_named
+from cgdb.asking.intake import checked as checked_question
+from cgdb.asking.narrowed import narrowed
+from cgdb.asking.reordered import failing, has_an_order, reordered, reranker_of
+from cgdb.asking.shortlist import by_score, is_total, of_objects, shortlist, uncut
+from cgdb.asking.survey import surveyed
+from cgdb.asking.wording import facts
 from cgdb.bound import Vector
-from cgdb.draft import Draft, among_previous
 from cgdb.errors import (
     BindError,
     CgdbError,
@@ -29,12 +37,9 @@ from cgdb.errors import (
     UsageError,
     one_of,
 )
-from cgdb.explained import Explained, explained
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import Catalog, merge
-from cgdb.intake import LONGEST_QUESTION, follow_up, scenes_named
-from cgdb.intake import checked as checked_question
 from cgdb.limits import Limits
 from cgdb.meaning.embed import Encoder
 from cgdb.model.llm import Meter, Model, ModelError, Unreachable
@@ -44,12 +49,7 @@ from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
-from cgdb.narrowed import narrowed
-from cgdb.reordered import failing, has_an_order, reordered, reranker_of
 from cgdb.result import Result, Row
-from cgdb.shortlist import by_score, is_total, of_objects, shortlist, uncut
-from cgdb.survey import surveyed
-from cgdb.wording import facts
 
 if TYPE_CHECKING:
     from cgdb.database import Database

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from cgdb.errors import UsageError
-from cgdb.judged import JudgedQuery
+from cgdb.evaluation.judged import JudgedQuery
+from cgdb.evaluation.retrieval import Outcome
 from cgdb.model.llm import Usage
-from cgdb.retrieval import Outcome
 
 Key = tuple[str, str, str, str]
 """Map, way, id and text of a query: a query that was reworded is asked anew."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cgdb.asked import first_node
+from cgdb.asking.answer import first_node
 from cgdb.grammar import ast
 from cgdb.result import Reason, Result, Row, StoredNode
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cgdb.asked import first_node
-from cgdb.draft import Draft
+from cgdb.asking.answer import first_node
+from cgdb.asking.draft import Draft
+from cgdb.asking.shortlist import identity, is_total
 from cgdb.model.llm import Meter, Model
 from cgdb.model.rerank import Judgement, ModelReranker, Reranker, named
 from cgdb.result import Reason, Row
 from cgdb.scene import ObjectId
-from cgdb.shortlist import identity, is_total
 
 TOO_STRICT = "the statement was too strict; some of the answer are the nearest things beside it"
 

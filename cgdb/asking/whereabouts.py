@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from cgdb.asked import Fact
+from cgdb.asking.answer import Fact
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
 from cgdb.result import Result, StoredNode, StoredRelation

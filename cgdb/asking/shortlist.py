@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from cgdb.asked import first_node
+from cgdb.asking.answer import first_node
 from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
 from cgdb.result import Row

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CgdbError, ExecuteError
+from cgdb.evaluation.judged import JudgedQuery
 from cgdb.export.planner_json import planner
-from cgdb.judged import JudgedQuery
 from cgdb.meaning.embed import text_encoder
 from cgdb.model.llm import Model, ModelError, Usage
 from cgdb.model.llm_json import ask_json
@@ -23,7 +23,7 @@ from cgdb.model.rerank import Reranker, judgement
 from cgdb.result import Row, StoredNode
 
 if TYPE_CHECKING:
-    from cgdb.asked import Answer
+    from cgdb.asking.answer import Answer
     from cgdb.database import Database
 
 MOST = 10
@@ -155,7 +155,7 @@ def _reranked(db: Database, query: str, helpers: Helpers) -> Outcome:
 
 
 def _of_answer(answer: Answer) -> Outcome:
-    from cgdb.asked import answering
+    from cgdb.asking.answer import answering
 
     ids = dict.fromkeys(str(node.id) for row in answer.rows for node in answering(row))
     record = answer.to_dict()

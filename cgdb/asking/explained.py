@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from cgdb import wording
-from cgdb.asked import Fact, first_node
-from cgdb.draft import Draft
+from cgdb.asking import wording
+from cgdb.asking.answer import Fact, first_node
+from cgdb.asking.draft import Draft
+from cgdb.asking.near_misses import missing, near_misses
+from cgdb.asking.shortlist import identity
+from cgdb.asking.whereabouts import CatalogOf, whereabouts
 from cgdb.grammar import ast
 from cgdb.model.prompts import clean
-from cgdb.near_misses import missing, near_misses
 from cgdb.result import Result, Row, StoredNode
-from cgdb.shortlist import identity
-from cgdb.whereabouts import CatalogOf, whereabouts
 
 if TYPE_CHECKING:
     from cgdb.english.translate import Translation

@@ -6,12 +6,12 @@ import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cgdb.asked import Fact, answering, first_node
+from cgdb.asking.answer import Fact, answering, first_node
+from cgdb.asking.caption_traits import told
 from cgdb.grammar import ast
 from cgdb.meaning.words import singular
 from cgdb.model.prompts import clean
 from cgdb.result import Result, Row, StoredNode
-from cgdb.traits import told
 
 if TYPE_CHECKING:
     from cgdb.english.intent import Asked
