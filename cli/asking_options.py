@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from cgdb.cli.command_line import conversation, encoders, formats, on_store, parameters, reranker, scenes
+from cgdb.cli.command_line import conversation, encoders, formats, on_store, parameters, reranker, scenes, written
 
 
 def add(commands: Any) -> None:
@@ -98,6 +98,7 @@ def _plot(commands: Any) -> None:
         metavar="FILE",
         help="the picture: .png, .jpg, .webp, .pdf or .svg",
     )
+    plot.synonyms = written("--into")
     plot.add_argument("--view", choices=("plan", "oblique", "both"), default="plan", help="from above or aslant (plan)")
     plot.add_argument("--color", choices=("rgb", "class", "score", "instance"), help="what colours say (what there is)")
     plot.add_argument("--labels", metavar="N", help="things to name at most, or none (40)")

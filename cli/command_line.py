@@ -5,16 +5,32 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Container, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from cgdb.errors import UsageError, did_you_mean
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse, with this project's kind of error. commands: what there is to call."""
+    """argparse, with this project's kind of error.
+
+    commands: what there is to call. synonyms: {a word: the option it stands for}: how other commands call the same,
+    which their people try here too; the help does not list them.
+    """
 
     commands: Container[str] = ()
+    synonyms: Mapping[str, str] = MappingProxyType({})
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:
+        """As argparse does it, each synonym as its option."""
+        return super().parse_known_args(None if args is None else self._own_words(args), namespace)
+
+    def _own_words(self, words: Sequence[str]) -> list[str]:
+        # After -- no word is an option.
+        end = words.index("--") if "--" in words else len(words)
+        parts = (word.partition("=") for word in words[:end])
+        return [self.synonyms.get(name, name) + equals + value for name, equals, value in parts] + [*words[end:]]
 
     def error(self, message: str) -> NoReturn:
         """UsageError, with a hint of what was meant."""
@@ -56,6 +72,11 @@ def on_store(commands: Any, name: str, home: str, says: str, example: str) -> Pa
     parser = command(commands, name, home, says, example)
     parser.add_argument("store", metavar="STORE", help="the folder of the store")
     return parser
+
+
+def written(option: str) -> dict[str, str]:
+    """Synonyms of the option that says where a command writes: all that any command has for it."""
+    return dict.fromkeys(("--into", "-o", "--output", "--save"), option)
 
 
 def scenes(parser: Parser, says: str = "this scene only (may be repeated)") -> None:

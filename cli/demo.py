@@ -35,16 +35,16 @@ QUESTIONS = (
 
 def demo(options: Namespace) -> int:
     """Import the flat and ask it."""
+    if options.folder is not None and options.into is not None:
+        raise UsageError("the folder is given twice", hint="cgdb demo FOLDER")
+    kept = options.folder if options.into is None else options.into
     with contextlib.ExitStack() as stack:
-        if options.folder is None:
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cgdb-demo-")))
-        else:
-            folder = Path(options.folder)
-        store = folder / "flat.cgdb"
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="cgdb-demo-")) if kept is None else kept
+        store = Path(folder) / "flat.cgdb"
         if store.exists():
             raise UsageError(f"{store} is there already", hint="remove it, or give another folder")
         _run(store, stack)
-        if options.folder is not None:
+        if kept is not None:
             sys.stderr.write(f"the store is kept: cgdb query {store} 'MATCH (o ~ \"...\") RETURN o'\n")
     return 0
 

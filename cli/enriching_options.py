@@ -45,6 +45,7 @@ def _caption(commands: Any) -> None:
         "--together", action="store_true", help="all views of an object in one call, for models that take many pictures"
     )
     caption.add_argument("--again", action="store_true", help="also objects that have a caption")
+    caption.synonyms = {"--replace": "--again"}
     _paced(caption)
 
 
@@ -82,6 +83,7 @@ def _tag(commands: Any) -> None:
     tag.add_argument("--space", help="the feature space to compare in (the first with an encoder)")
     tag.add_argument("--top", type=int, default=5, metavar="N", help="tags of an object, the nearest first (5)")
     tag.add_argument("--replace", action="store_true", help="tag named things too; the name is kept as tag_before")
+    tag.synonyms = {"--again": "--replace"}
     tag.add_argument("--dry-run", action="store_true", help="say what would be tagged, and write nothing")
     _done(tag)
     encoders(tag)

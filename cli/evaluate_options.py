@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cgdb.cli.command_line import Parser, as_json, command, conversation, encoders, quiet, reranker, scenes
+from cgdb.cli.command_line import Parser, as_json, command, conversation, encoders, quiet, reranker, scenes, written
 from cgdb.evaluation.judged import LAYOUT
 
 CLOUDS = """\
@@ -153,6 +153,7 @@ def _retrieval(evaluations: Any) -> None:
     reranker(retrieval)
     retrieval.add_argument("--per-map", action="store_true", help="a table for each map, too")
     retrieval.add_argument("--save", default="retrieval.jsonl", metavar="FILE", help="every answer (retrieval.jsonl)")
+    retrieval.synonyms = written("--save")
     retrieval.add_argument("--resume", action="store_true", help="ask only what FILE does not hold yet")
     as_json(retrieval, "the scores as JSON on stdout")
     quiet(retrieval, "no progress")

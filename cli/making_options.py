@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from argparse import SUPPRESS
 from typing import Any
 
-from cgdb.cli.command_line import Parser, command, on_store, quiet
+from cgdb.cli.command_line import Parser, command, on_store, quiet, written
 
 # Written out, for the modules that hold them are slow to load.
 FORMATS = (
@@ -31,6 +32,8 @@ def _demo(commands: Any) -> None:
     demo.add_argument(
         "folder", nargs="?", help="keep the store, as flat.cgdb in this folder (a temporary one, removed afterwards)"
     )
+    demo.add_argument("--into", help=SUPPRESS)
+    demo.synonyms = written("--into")
 
 
 def _import(commands: Any) -> None:
@@ -157,6 +160,7 @@ def _course(mapping: Parser) -> None:
 
 def _into(parser: Parser) -> None:
     parser.add_argument("--into", required=True, metavar="STORE", help="the store, made where there is none")
+    parser.synonyms = {**written("--into"), "--replace": "--on-existing=replace"}
 
 
 def _existing(parser: Parser, *choices: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cgdb.cli.command_line import as_json, on_store
+from cgdb.cli.command_line import as_json, on_store, written
 
 
 def add(commands: Any) -> None:
@@ -45,6 +45,7 @@ def _views(commands: Any) -> None:
     views.add_argument("--as-of", metavar="REVISION", help="as of a revision or an ISO time")
     views.add_argument("-k", type=int, metavar="N", help="the N best only")
     views.add_argument("--into", metavar="FOLDER", help="where the pictures are written; made where there is none")
+    views.synonyms = written("--into")
     as_json(views)
 
 
@@ -72,6 +73,7 @@ def _export(commands: Any) -> None:
     export.add_argument(
         "-o", "--output", "--into", default="-", metavar="FILE", help="the file to write; - is stdout (-)"
     )
+    export.synonyms = written("--into")
     export.add_argument(
         "--format", help="cgdb, planner, node-link, graphml, ply, glb or rerun; else by the file's ending"
     )

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import cgdb
-from cgdb.cli.app import main
+from cgdb.cli.app import _parser, main
 from cgdb.scene import FeatureSpace, SceneGraph, SceneObject
 
 ROOT = Path(__file__).parents[1]
@@ -142,6 +142,48 @@ def test_the_last_word_may_follow_options(store: str, capfd: pytest.CaptureFixtu
 def test_json_is_a_format(store: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["query", store, "MATCH (o #1) RETURN o.id", "--json"]) == 0
     assert [row["o.id"] for row in json.loads(capfd.readouterr().out)] == [1]
+
+
+WRITERS = {
+    "export": ["export", "s.cgdb"],
+    "plot": ["plot", "s.cgdb"],
+    "views": ["views", "s.cgdb", "1"],
+    "import": ["import", "a.json"],
+    "map": ["map", "office"],
+    "retrieval": ["eval", "retrieval", "--judgements", "j.json"],
+    "demo": ["demo"],
+}
+
+
+@pytest.mark.parametrize("word", ["--into", "-o", "--output", "--save"])
+@pytest.mark.parametrize("command", WRITERS)
+def test_every_word_for_where_to_write_is_understood(command: str, word: str) -> None:
+    for words in ([word, "there"], [f"{word}=there"]):
+        options = _parser().parse_args([*WRITERS[command], *words])
+        assert "there" in (getattr(options, name, None) for name in ("into", "output", "save"))
+
+
+def test_the_store_of_the_demo_is_named_in_one_way(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", str(tmp_path), "--into", str(tmp_path)]) == 2
+    assert "given twice" in capfd.readouterr().err
+    assert main(["demo", "--into", str(tmp_path)]) == 0
+    assert (tmp_path / "flat.cgdb").is_dir()
+
+
+def test_doing_it_again_goes_by_the_words_of_other_commands() -> None:
+    parser = _parser()
+    for making in (["import", "a.json"], ["map", "office"]):
+        assert parser.parse_args([*making, "--into", "s", "--replace"]).on_existing == "replace"
+        assert parser.parse_args([*making, "--into", "s"]).on_existing == "error"
+    for word in ("--again", "--replace"):
+        assert parser.parse_args(["caption", "s", word]).again is True
+        assert parser.parse_args(["tag", "s", "--vocabulary", "v.txt", word]).replace is True
+
+
+def test_synonyms_shadow_no_abbreviation_and_no_plain_word() -> None:
+    parser = _parser()
+    assert parser.parse_args(["import", "a.json", "--into", "s", "--o", "merge"]).on_existing == "merge"
+    assert parser.parse_args(["export", "s", "--", "--save"]).scene == "--save"
 
 
 def test_a_near_name_is_told_without_all_the_others(capfd: pytest.CaptureFixture[str]) -> None:
