@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from cgdb.errors import UsageError
 from cgdb.ingest.detections.detections import Detections, checked
+from cgdb.ingest.detections.overlap import within
 from cgdb.ingest.mapping import oriented
-from cgdb.ingest.mapping.associate import Association, semantic
+from cgdb.ingest.mapping.associate import Association, associate, semantic
 from cgdb.ingest.mapping.consensus import Consensus, Opinions
-from cgdb.ingest.mapping.fuse import MapObject, Objects
+from cgdb.ingest.mapping.fuse import MapObject, Objects, claims
 from cgdb.ingest.mapping.lift import Lifting, lift
 from cgdb.ingest.mapping.mapper import Mapper, Mapping
 from cgdb.ingest.mapping.similarity import box_similarity
@@ -274,6 +275,39 @@ def test_what_a_mask_swallowed_comes_out_again(alike: float, vases: int) -> None
     mapper.finish()
     assert [obj.tag for obj in mapper.scene("x").objects].count("vase") == vases
     assert len(ROOM) == 5
+
+
+def _within_or_not(contained: float) -> list[int]:
+    """To which object each of two detections goes that cover the same, the box in the table's box and the box alone."""
+    frame, found = room_frame(2)
+    voxels, objects = Voxels(0.025), Objects()
+    place = found.labels.index("box")
+    around = np.array([[0, 0, 160, 120]], np.float32)
+    among = dataclasses.replace(found.take([place, place]), xyxy=np.concatenate([found.xyxy[[place]], around]))
+    none = np.zeros(2, np.bool_)
+    lifting = Lifting(repeated=2.0)
+    lifted = lift(frame, among, voxels, lifting, none)
+    went = objects.fuse(frame, among, lifted, np.array([-1, -1]), none)
+    assert [obj.within for obj in objects.all] == [True, False]
+    voxels.vote(*claims(lifted, objects.ids(went)))
+    how = Association(contained=contained)
+    alone = dataclasses.replace(found.take([place]), xyxy=found.xyxy[[place]])
+    matches = [
+        associate(lift(frame, some, voxels, lifting, none[:n]), some, objects, voxels, how, none[:n]).objects.tolist()
+        for n, some in ((1, alone), (2, among))
+    ]
+    return [matches[0][0], matches[1][0]]
+
+
+def test_what_lies_in_another_box_is_told_from_what_does_not_where_asked() -> None:
+    assert _within_or_not(0.5) == [1, 0]
+    assert _within_or_not(0.0) == [0, 0]
+
+
+def test_a_box_lies_in_another_that_covers_it() -> None:
+    boxes = np.array([[0, 0, 100, 100], [10, 10, 30, 30], [90, 10, 110, 30], [10, 10, 31, 30], [5, 5, 5, 9]], "f4")
+    assert within(boxes).tolist() == [False, True, False, True, False]
+    assert within(np.zeros((0, 4), np.float32)).tolist() == []
 
 
 # -- variants

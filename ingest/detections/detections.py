@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError
+from cgdb.ingest.detections.overlap import common
 from cgdb.ingest.frames.recording import Frame, nearest
 
 BACKGROUND = frozenset({"wall", "floor", "ceiling"})
@@ -165,11 +166,9 @@ def select(found: Detections, frame: Frame, rules: Selection) -> Detections:
 def _subtract_contained(found: Detections, rules: Selection) -> None:
     # The masks are a copy by now. Boxes decide, and the masks as they were are what is taken away.
     box = found.xyxy
-    low = np.maximum(box[:, None, :2], box[None, :, :2])
-    high = np.minimum(box[:, None, 2:], box[None, :, 2:])
-    common = np.prod(np.maximum(high - low, 0.0), axis=2)
-    area = np.maximum(np.prod(np.maximum(box[:, 2:] - box[:, :2], 0.0), axis=1), 1e-6)
-    inner = (common / area[:, None] < rules.covers) & (common / area[None, :] > rules.contained)
+    shared = common(box)
+    area = np.maximum(np.diagonal(shared), 1e-6)
+    inner = (shared / area[:, None] < rules.covers) & (shared / area[None, :] > rules.contained)
     pairs = np.argwhere(inner)
     windows, before = {}, {}
     for b in set(pairs[:, 1].tolist()):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.ingest.detections.detections import Detections
+from cgdb.ingest.detections.overlap import within
 from cgdb.ingest.mapping.fuse import Objects
 from cgdb.ingest.mapping.lift import Lifted
 from cgdb.ingest.mapping.similarity import box_similarity
@@ -32,7 +33,9 @@ class Association:
     "cosine". bias: weighs
     (1 + bias) spatial + (1 - bias) semantic. alike: what lies in an object and does not look like it (cosine) is a
     thing of its own that earlier masks had swallowed, once the object has been seen `settled` times, or another
-    detection of the same frame is more similar to it; -1 lets them all in, as the paper does.
+    detection of the same frame is more similar to it; -1 lets them all in, as the paper does. contained: taken off the
+    sum where the detection's box lies in another's of its frame and that of the object's first detection did not, or
+    the other way round; the reference's variant of contain_number takes 0.5.
     """
 
     spatial: Spatial = "overlap"
@@ -41,6 +44,7 @@ class Association:
     bias: float = 0.0
     alike: float = 0.7
     settled: int = 3
+    contained: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +70,9 @@ def associate(
         else box_similarity(lifted, objects, voxels.size, how.spatial)
     )
     total = (1 + how.bias) * spatial + (1 - how.bias) * semantic(lifted, found, objects, how.semantic)
+    if how.contained:
+        known = np.array([obj.within for obj in objects.all], np.bool_)
+        total -= how.contained * (within(found.xyxy)[lifted.source][:, None] != known)
     # What is nowhere near is no candidate, however alike it looks.
     total[spatial <= (-1.0 if how.spatial.startswith("giou") else 0.0)] = -np.inf
     total[:, room] = -np.inf

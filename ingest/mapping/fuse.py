@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cgdb.errors import FormatError
 from cgdb.ingest.detections.detections import Detections
+from cgdb.ingest.detections.overlap import within
 from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Cropper, Crops, packed
 from cgdb.ingest.mapping.lift import STRONG, Lifted
@@ -42,14 +43,15 @@ class Sighting:
 class MapObject:
     """An object so far. low, high (3,): its box in cells; n: detections; views: the best, a heap.
 
-    widest: voxels of it that were seen at once. extremes (26, 3) int32: its outermost cells, where boxes are turned
-    with their things.
+    within: whether its first detection's box lay in another's. widest: voxels of it that were seen at once.
+    extremes (26, 3) int32: its outermost cells, where boxes are turned with their things.
     """
 
     id: int
     low: Ints
     high: Ints
     background: bool
+    within: bool = False
     first: int
     last: int
     n: int = 0
@@ -142,27 +144,36 @@ class Objects:
         """
         went = np.empty(len(lifted), np.int32)
         cropper = Cropper(frame) if self._with_crops else None
+        inside = within(found.xyxy)
         for k, source in enumerate(lifted.source.tolist()):
             label = found.labels[source]
             at = int(matches[k])
             if background[k]:
                 at = self._background.get(label, -1)
             if at < 0:
-                at = self._new(lifted.low[k], lifted.high[k], bool(background[k]), frame.index)
+                at = len(self.all)
+                self._add_new(
+                    MapObject(
+                        id=self._born,
+                        low=lifted.low[k].copy(),
+                        high=lifted.high[k].copy(),
+                        background=bool(background[k]),
+                        within=bool(inside[source]),
+                        first=frame.index,
+                        last=frame.index,
+                    )
+                )
                 if background[k]:
                     self._background[label] = at
             self._add(at, frame, found, source, lifted, k, cropper)
             went[k] = at
         return went
 
-    def _new(self, low: Ints, high: Ints, background: bool, frame: int) -> int:
-        self.all.append(
-            MapObject(id=self._born, low=low.copy(), high=high.copy(), background=background, first=frame, last=frame)
-        )
+    def _add_new(self, obj: MapObject) -> None:
+        self.all.append(obj)
         self._born += 1
         if len(self.all) > self._room:
             self._make_room(2 * self._room)
-        return len(self.all) - 1
 
     def _add(
         self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int, cropper: Cropper | None
@@ -336,10 +347,13 @@ def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]
     return (key >> 32).astype(np.int32), ((key >> 1) & 0x7FFFFFFF).astype(np.int32), strength
 
 
+_PLAIN = ("id", "background", "within", "first", "last", "n", "widest", "confidence")
+
+
 def _record_of(obj: MapObject) -> dict[str, Any]:
     """An object as plain values."""
     return {
-        **{key: getattr(obj, key) for key in ("id", "background", "first", "last", "n", "widest", "confidence")},
+        **{key: getattr(obj, key) for key in _PLAIN},
         "low": obj.low.tolist(),
         "high": obj.high.tolist(),
         "extremes": None if obj.extremes is None else obj.extremes.tolist(),
@@ -361,6 +375,7 @@ def _object_of(value: dict[str, Any], sights: Iterator[tuple[NDArray[np.float64]
         high=np.array(value["high"], np.int32),
         extremes=None if value["extremes"] is None else np.array(value["extremes"], np.int32).reshape(26, 3),
         background=bool(value["background"]),
+        within=bool(value["within"]),
         first=int(value["first"]),
         last=int(value["last"]),
         n=int(value["n"]),

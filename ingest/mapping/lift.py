@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.ingest.detections.detections import Detections
+from cgdb.ingest.detections.overlap import common
 from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping.voxels import Floats, Ints, Voxels
 
@@ -378,11 +379,9 @@ def _repeated(owner: Ints, place: Ints, n: int, found: Detections, how: Lifting)
     """
     count = len(found)
     repeated = np.zeros(count, np.bool_)
-    box = found.xyxy
-    inner = np.minimum(box[:, None, 2:], box[None, :, 2:]) - np.maximum(box[:, None, :2], box[None, :, :2])
-    common = np.prod(np.maximum(inner, 0.0), axis=2)
-    area = np.diagonal(common)
-    near = np.triu(common >= how.repeated * 0.8 * (area[:, None] + area[None, :] - common), 1)
+    shared = common(found.xyxy)
+    area = np.diagonal(shared)
+    near = np.triu(shared >= how.repeated * 0.8 * (area[:, None] + area[None, :] - shared), 1)
     if not near.any():
         return repeated
     start = np.searchsorted(owner, np.arange(count + 1))
