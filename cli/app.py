@@ -67,6 +67,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     if not arguments:
         parser.print_help(sys.stderr)
         raise SystemExit(UsageError.exit_code)
+    options: argparse.Namespace
     options, left = parser.parse_known_args(_with_shell(arguments, parser.commands))
     # Before Python 3.13 argparse does not see an optional word that follows a flag: plot STORE -o FILE CGQL.
     last = options.last

@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
     commands: Container[str] = ()
     synonyms: Mapping[str, str] = MappingProxyType({})
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """As argparse does it, each synonym as its option."""
         return super().parse_known_args(None if args is None else self._own_words(args), namespace)
 
