@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 import cgdb
 from benchmarks import report, world
-from cgdb import query as flow
-from cgdb.bound import BoundQuery
 from cgdb.database import Database
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
 from cgdb.meaning.embed import Encoder, text_encoder
-from cgdb.planner import Plan, Seed, plan
+from cgdb.query import run as flow
+from cgdb.query.bound import BoundQuery
+from cgdb.query.planner import Plan, Seed, plan
 
 COMBINED = (
     "MATCH (o ~ $wanted)-[:on]->(t) WHERE NOT o ~ $other AND NOT (o)-[:next_to]-({{tag: 'bottle'}}) "

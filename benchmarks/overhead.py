@@ -16,10 +16,10 @@ import numpy as np
 
 import cgdb
 from benchmarks import report, world
-from cgdb.binder import bind
 from cgdb.database import Database
 from cgdb.grammar.parser import parse
-from cgdb.planner import plan
+from cgdb.query.binder import bind
+from cgdb.query.planner import plan
 
 ON = "MATCH (o:Node)-[r:Rel]->(t:Node) WHERE r.label = 'on'"
 STATEMENTS: Mapping[str, tuple[str, tuple[str, ...]]] = {

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 import cgdb
 from benchmarks import report, world
-from cgdb.bound import VectorMeaning
 from cgdb.database import Database
-from cgdb.search import search
+from cgdb.query.bound import VectorMeaning
+from cgdb.query.search import search
 
 K = 10
 EXACT = {1: 0.6143, 3: 0.7980, 5: 0.8670, 10: 0.9102}

@@ -1,8 +1,7 @@
 """cgdb: an embedded store for the 3D scene graphs that robots make.
 
-The modules, in the order in which data flows: scene, ledger, artefacts, columns, graph, vectors, texts, embed; for a
-query grammar, binder, planner, cypher, executor, scoring, answer, result; database ties them together; export writes
-scenes out.
+The rooms, in the order in which data flows: scene, ingest, storage, index, meaning, view; for a statement grammar and
+query; for plain words english or model, asking; database ties them together; export writes scenes out.
 """
 
 from __future__ import annotations
@@ -12,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cgdb.asking.answer import Answer as Answer
-    from cgdb.bound import Vector as Vector
     from cgdb.database import Database as Database
     from cgdb.database import open as open
     from cgdb.errors import CgdbError as CgdbError
-    from cgdb.limits import Limits as Limits
     from cgdb.meaning.vocabulary import Vocabulary as Vocabulary
+    from cgdb.query.bound import Vector as Vector
+    from cgdb.query.limits import Limits as Limits
     from cgdb.result import Path as Path
     from cgdb.result import Reason as Reason
     from cgdb.result import Result as Result
@@ -35,11 +34,11 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Answer": "cgdb.asking.answer",
-    "Vector": "cgdb.bound",
+    "Vector": "cgdb.query.bound",
     "Database": "cgdb.database",
     "open": "cgdb.database",
     "CgdbError": "cgdb.errors",
-    "Limits": "cgdb.limits",
+    "Limits": "cgdb.query.limits",
     "Path": "cgdb.result",
     "Reason": "cgdb.result",
     "Result": "cgdb.result",

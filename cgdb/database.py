@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
-from cgdb.bindings import Positions
-from cgdb.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.errors import BindError, CgdbError, StoreError, one_of
 from cgdb.index.artefacts import Artefacts
-from cgdb.limits import Budget, Limits
 from cgdb.meaning import background
 from cgdb.meaning.degrees import Degrees
 from cgdb.meaning.embed import TEXT_MODEL, Encoder
 from cgdb.meaning.encoders import Encoders
-from cgdb.query import run
+from cgdb.query.bindings import Positions
+from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
+from cgdb.query.limits import Budget, Limits
+from cgdb.query.run import run
+from cgdb.query.search import Hits, check_k, search
 from cgdb.result import Result, StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View, canonical_id
-from cgdb.search import Hits, check_k, search
 from cgdb.storage.freshness import Fresh
 from cgdb.storage.ledger import FILE as LEDGER
 from cgdb.storage.ledger import Changes, Ledger, Revision, SceneInfo, SceneWriter
@@ -598,6 +598,6 @@ def _meaning(what: Any, space: str | None) -> Meaning:
 
 
 def _fitting(view: SceneView, where: str, parameters: Mapping[str, Any], budget: Budget) -> Positions:
-    from cgdb.conditions import fitting
+    from cgdb.query.conditions import fitting
 
     return fitting(view, where, parameters, budget)

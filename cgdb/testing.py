@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import cgdb
-from cgdb.bindings import EdgeColumn, Positions
-from cgdb.bound import LikeMeaning, Meaning, TextMeaning
 from cgdb.database import Database
 from cgdb.meaning.degrees import Degrees
+from cgdb.query.bindings import EdgeColumn, Positions
+from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning
 from cgdb.scene import ObjectId, SceneGraph
 from cgdb.view import SceneView
 

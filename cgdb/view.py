@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.bindings import Positions
 from cgdb.errors import BindError, CorruptionError, did_you_mean
 from cgdb.index import columns, neighbours
 from cgdb.index.artefacts import Artefact, Artefacts
@@ -23,6 +22,7 @@ from cgdb.index.vectors import VectorIndex
 from cgdb.meaning import background
 from cgdb.meaning.degrees import Degrees
 from cgdb.meaning.texts import FORMAT, TextIndex
+from cgdb.query.bindings import Positions
 from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
 from cgdb.storage.ledger import Ledger, NodeRow, SceneInfo

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from cgdb.functions import AGGREGATES, FUNCTIONS
 from cgdb.grammar.machine import KEYWORDS
 from cgdb.grammar.parser import Expected, expected, tokens
+from cgdb.query.functions import AGGREGATES, FUNCTIONS
 
 MOST = 60
 """Choices that are shown; a person types one more letter rather than scroll through more."""

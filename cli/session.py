@@ -16,7 +16,7 @@ from cgdb.cli.vocabulary import Vocabulary
 from cgdb.errors import CgdbError, QueryCancelled, Span
 from cgdb.grammar.parser import parse, tokens
 from cgdb.grammar.printer import to_text
-from cgdb.limits import Limits
+from cgdb.query.limits import Limits
 
 if TYPE_CHECKING:
     from cgdb.asking.answer import Answer as InWords

@@ -12,7 +12,7 @@ import pytest
 from cgdb.asking.answer import Answer
 from cgdb.database import Database
 from cgdb.errors import UsageError
-from cgdb.limits import Limits
+from cgdb.query.limits import Limits
 from cgdb.scene import ObjectId, Place, Relation, SceneGraph, SceneObject
 from cgdb.testing import store
 

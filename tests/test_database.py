@@ -219,7 +219,7 @@ def test_a_read_only_store_answers(db: Database, tmp_path: Path) -> None:
         if parent.stat().st_uid == os.geteuid() and parent != Path("/"):
             parent.chmod(parent.stat().st_mode | 0o055)
     code = (
-        "import os, sys\nimport encodings.cp437, cgdb, cgdb.cli.app, cgdb.database, cgdb.query, kuzu, faiss\n"
+        "import os, sys\nimport encodings.cp437, cgdb, cgdb.cli.app, cgdb.database, cgdb.query.run, kuzu, faiss\n"
         "os.setgid(65534); os.setuid(65534)\n"
         f"with cgdb.open({str(path)!r}, text_encoder=None) as db:\n"
         "    print(db.read_only, db.query('MATCH (a)-[:on]->(b) RETURN count(a)')[0][0] > 10)\n"

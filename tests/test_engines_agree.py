@@ -55,6 +55,6 @@ def test_the_same_rows_either_way(seed: int, monkeypatch: pytest.MonkeyPatch) ->
             text = statement(rng)
             by_index = [(row.values, round(row.score, 6)) for row in db.query(text)]
             with monkeypatch.context() as patch:
-                patch.setattr("cgdb.executor.GRAPH_EDGES", -1)
+                patch.setattr("cgdb.query.executor.GRAPH_EDGES", -1)
                 by_arrays = [(row.values, round(row.score, 6)) for row in db.query(text)]
             assert by_index == by_arrays, text

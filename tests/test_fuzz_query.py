@@ -27,7 +27,7 @@ from cgdb.grammar import ast
 from cgdb.grammar.machine import KEYWORDS
 from cgdb.grammar.parser import parse
 from cgdb.grammar.printer import to_text
-from cgdb.limits import Limits
+from cgdb.query.limits import Limits
 from cgdb.testing import store
 
 SECONDS = 2.0

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import cgdb
 from cgdb.errors import LimitError
 from cgdb.geometry import Boxes
-from cgdb.limits import Budget, Limits
-from cgdb.near import near_pairs
+from cgdb.query.limits import Budget, Limits
+from cgdb.query.near import near_pairs
 from cgdb.testing import store
 
 

@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cgdb
-from cgdb.bindings import Bindings
-from cgdb.bound import BoundEdge
 from cgdb.database import Database
 from cgdb.errors import LimitError
-from cgdb.limits import Budget, Limits
-from cgdb.paths import follow
+from cgdb.query.bindings import Bindings
+from cgdb.query.bound import BoundEdge
+from cgdb.query.limits import Budget, Limits
+from cgdb.query.paths import follow
 from cgdb.testing import store
 
 Relation = tuple[int, int, float]

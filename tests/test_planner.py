@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cgdb
-from cgdb import planner
 from cgdb.database import Database
+from cgdb.query import planner
 from cgdb.testing import store
 
 GOLDEN = {

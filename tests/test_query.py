@@ -10,7 +10,7 @@ import pytest
 import cgdb
 from cgdb.database import Database
 from cgdb.errors import BindError, LimitError, ParseError, StoreError
-from cgdb.limits import Limits
+from cgdb.query.limits import Limits
 from cgdb.testing import store
 
 

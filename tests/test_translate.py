@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cgdb.binder import bind
 from cgdb.english.intent import Setting
 from cgdb.english.spelling import corrected
 from cgdb.english.translate import Translation, translate
@@ -17,6 +16,7 @@ from cgdb.errors import UsageError
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
 from cgdb.index.catalog import Catalog
+from cgdb.query.binder import bind
 
 PHRASINGS = Path(__file__).parent / "golden" / "ask_phrasings.txt"
 GOLDEN = Path(__file__).parent / "golden" / "translate_questions.txt"

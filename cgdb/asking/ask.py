@@ -24,7 +24,6 @@ from cgdb.asking.reordered import failing, has_an_order, reordered, reranker_of
 from cgdb.asking.shortlist import by_score, is_total, of_objects, shortlist, uncut
 from cgdb.asking.survey import surveyed
 from cgdb.asking.wording import facts
-from cgdb.bound import Vector
 from cgdb.errors import (
     BindError,
     CgdbError,
@@ -40,7 +39,6 @@ from cgdb.errors import (
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import Catalog, merge
-from cgdb.limits import Limits
 from cgdb.meaning.embed import Encoder
 from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
@@ -49,6 +47,8 @@ from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
+from cgdb.query.bound import Vector
+from cgdb.query.limits import Limits
 from cgdb.result import Result, Row
 
 if TYPE_CHECKING:

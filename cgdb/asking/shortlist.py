@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import Any
 
 from cgdb.asking.answer import first_node
-from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
+from cgdb.query.functions import AGGREGATES
 from cgdb.result import Row
 
 OTHERS = 0.4

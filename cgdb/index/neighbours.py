@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.bindings import Bindings, EdgeColumn, Objects, Positions, always
 from cgdb.errors import CorruptionError
-from cgdb.limits import Budget
+from cgdb.query.bindings import Bindings, EdgeColumn, Objects, Positions, always
+from cgdb.query.limits import Budget
 
 if TYPE_CHECKING:
-    from cgdb.bound import BoundEdge, BoundNode
-    from cgdb.cypher import Component
+    from cgdb.query.bound import BoundEdge, BoundNode
+    from cgdb.query.cypher import Component
     from cgdb.storage.ledger import RelationRow
 
 Rows = NDArray[np.int64]

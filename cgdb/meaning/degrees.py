@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.bindings import EdgeColumn, Positions
-from cgdb.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.errors import BindError, CgdbError, EncoderError
 from cgdb.meaning import background, scoring, told
 from cgdb.meaning.embed import Encoder
@@ -22,6 +20,8 @@ from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.stated import telling
 from cgdb.meaning.texts import TextIndex
 from cgdb.meaning.words import head_phrase
+from cgdb.query.bindings import EdgeColumn, Positions
+from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.scene import FeatureSpace
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ import numpy as np
 
 import cgdb
 from cgdb.database import Database
-from cgdb.limits import Limits
+from cgdb.query.limits import Limits
 from cgdb.result import Path as Way
 from cgdb.result import Result, StoredNode, StoredRelation
 from cgdb.testing import give_degrees, store

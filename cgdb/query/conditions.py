@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from cgdb.binder import bind
-from cgdb.bindings import Positions
 from cgdb.errors import CgdbError
-from cgdb.executor import Executor, Profile
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse_condition
-from cgdb.limits import Budget
-from cgdb.planner import plan
-from cgdb.query import check_ids
+from cgdb.query.binder import bind
+from cgdb.query.bindings import Positions
+from cgdb.query.executor import Executor, Profile
+from cgdb.query.limits import Budget
+from cgdb.query.planner import plan
+from cgdb.query.run import check_ids
 from cgdb.view import SceneView
 
 OBJECT = "o"

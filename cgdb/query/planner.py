@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cgdb.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
-from cgdb.cypher import Component, pushable, variables
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
+from cgdb.query.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
+from cgdb.query.cypher import Component, pushable, variables
 
 # Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.
 GRAPH_STEP, GRAPH_NODE, GRAPH_ROW = 1.5e-3, 0.06e-6, 5e-6
@@ -377,7 +377,7 @@ def _cost(condition: ast.Expression) -> int:
 
 
 def _inside(item: object) -> Sequence[object]:
-    from cgdb.cypher import parts
+    from cgdb.query.cypher import parts
 
     found = [item]
     for part in parts(item):

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgdb.bound import BoundEdge, BoundNode
 from cgdb.grammar import ast
 from cgdb.index.graph import property_column
+from cgdb.query.bound import BoundEdge, BoundNode
 
 COLUMNS: Mapping[str, str] = {
     "id": "id",

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb import cypher
-from cgdb.bindings import Bindings, EdgeColumn
-from cgdb.bound import BoundEdge, BoundQuery
 from cgdb.errors import LimitError
-from cgdb.evaluate import rounded
-from cgdb.executor import Executor
-from cgdb.functions import AGGREGATES
 from cgdb.grammar import ast
-from cgdb.limits import Budget
-from cgdb.planner import Plan
-from cgdb.reasons import reasons
+from cgdb.query import cypher
+from cgdb.query.bindings import Bindings, EdgeColumn
+from cgdb.query.bound import BoundEdge, BoundQuery
+from cgdb.query.evaluate import rounded
+from cgdb.query.executor import Executor
+from cgdb.query.functions import AGGREGATES
+from cgdb.query.limits import Budget
+from cgdb.query.planner import Plan
+from cgdb.query.reasons import reasons
 from cgdb.result import Path, Row, StoredNode, StoredRelation, Value
 from cgdb.scene import ObjectId
 from cgdb.view import SceneView

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions
-from cgdb.bound import BoundEdge
-from cgdb.limits import Budget
+from cgdb.query.bindings import Bindings, EdgeColumn, Flags, Positions
+from cgdb.query.bound import BoundEdge
+from cgdb.query.limits import Budget
 
 if TYPE_CHECKING:
     from cgdb.view import SceneView

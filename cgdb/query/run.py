@@ -7,20 +7,20 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cgdb.answer import SceneRows, answer
-from cgdb.binder import bind
-from cgdb.bound import BoundQuery
-from cgdb.cypher import parts
 from cgdb.errors import BindError, CgdbError, SceneError, did_you_mean, one_of
-from cgdb.executor import Executor, Profile, meanings_of
-from cgdb.explain import plan_text
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import merge
-from cgdb.limits import Budget
-from cgdb.parameters import check_value
-from cgdb.planner import Plan, plan
+from cgdb.query.answer import SceneRows, answer
+from cgdb.query.binder import bind
+from cgdb.query.bound import BoundQuery
+from cgdb.query.cypher import parts
+from cgdb.query.executor import Executor, Profile, meanings_of
+from cgdb.query.explain import plan_text
+from cgdb.query.limits import Budget
+from cgdb.query.parameters import check_value
+from cgdb.query.planner import Plan, plan
 from cgdb.result import Result, Row
 from cgdb.view import SceneView
 

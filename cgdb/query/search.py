@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.bindings import Positions
-from cgdb.bound import Meaning, TextMeaning, VectorMeaning
 from cgdb.errors import BindError
+from cgdb.query.bindings import Positions
+from cgdb.query.bound import Meaning, TextMeaning, VectorMeaning
 from cgdb.result import StoredNode
 from cgdb.scene import ObjectId
 

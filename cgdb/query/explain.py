@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from cgdb import cypher
-from cgdb.bound import BoundQuery
 from cgdb.index.catalog import Catalog
-from cgdb.planner import Plan, known_nodes
-from cgdb.reasons import asked, meaning_text
+from cgdb.query import cypher
+from cgdb.query.bound import BoundQuery
+from cgdb.query.planner import Plan, known_nodes
+from cgdb.query.reasons import asked, meaning_text
 
 if TYPE_CHECKING:
-    from cgdb.executor import Profile
     from cgdb.model.llm import Usage
+    from cgdb.query.executor import Profile
 
 
 def plan_text(

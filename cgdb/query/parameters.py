@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from cgdb.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.errors import BindError, Span, did_you_mean, one_of
 from cgdb.grammar import ast
+from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 
 
 class Parameters:

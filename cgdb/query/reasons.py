@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cgdb import cypher
-from cgdb.bindings import Bindings
-from cgdb.bound import BoundEdge, BoundQuery, LikeMeaning, Meaning, TextMeaning
 from cgdb.errors import Span
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
-from cgdb.planner import Plan
+from cgdb.query import cypher
+from cgdb.query.bindings import Bindings
+from cgdb.query.bound import BoundEdge, BoundQuery, LikeMeaning, Meaning, TextMeaning
+from cgdb.query.planner import Plan
 from cgdb.result import Reason
 
 if TYPE_CHECKING:
-    from cgdb.executor import Executor
+    from cgdb.query.executor import Executor
     from cgdb.view import SceneView
 
 

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cgdb import cypher
-from cgdb.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always, concatenate
-from cgdb.bound import BoundEdge, BoundNode, BoundQuery, Meaning
-from cgdb.evaluate import Evaluator
 from cgdb.grammar import ast
 from cgdb.index.neighbours import expand
-from cgdb.limits import Budget
-from cgdb.near import joined, near_pairs
-from cgdb.paths import follow
-from cgdb.planner import FIRST_BATCH, GRAPH_EDGES, Plan, Seed, plan_condition
+from cgdb.query import cypher
+from cgdb.query.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always, concatenate
+from cgdb.query.bound import BoundEdge, BoundNode, BoundQuery, Meaning
+from cgdb.query.evaluate import Evaluator
+from cgdb.query.limits import Budget
+from cgdb.query.near import joined, near_pairs
+from cgdb.query.paths import follow
+from cgdb.query.planner import FIRST_BATCH, GRAPH_EDGES, Plan, Seed, plan_condition
 
 if TYPE_CHECKING:
     from cgdb.view import SceneView

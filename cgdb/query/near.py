@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.bindings import Bindings, Positions
 from cgdb.geometry import Boxes
-from cgdb.limits import Budget
+from cgdb.query.bindings import Bindings, Positions
+from cgdb.query.limits import Budget
 
 MOST_CELLS = 64
 """A box over more cells than that is compared with all others: there are few such, walls and floors."""

@@ -11,7 +11,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from cgdb.bound import (
+from cgdb.errors import BindError, LimitError, Span, did_you_mean, one_of
+from cgdb.grammar import ast
+from cgdb.grammar.limits import children
+from cgdb.grammar.printer import to_text
+from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
+from cgdb.query.bound import (
     BoundEdge,
     BoundMatch,
     BoundNode,
@@ -21,13 +26,8 @@ from cgdb.bound import (
     Meaning,
     VectorMeaning,
 )
-from cgdb.errors import BindError, LimitError, Span, did_you_mean, one_of
-from cgdb.functions import AGGREGATES, FUNCTIONS, Signature
-from cgdb.grammar import ast
-from cgdb.grammar.limits import children
-from cgdb.grammar.printer import to_text
-from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
-from cgdb.parameters import Parameters
+from cgdb.query.functions import AGGREGATES, FUNCTIONS, Signature
+from cgdb.query.parameters import Parameters
 
 MAX_HOPS = 10
 """Longest path that a statement may ask for; ``*`` without an upper bound means this many."""

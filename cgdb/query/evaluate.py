@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb import geometry
-from cgdb.bindings import Bindings, EdgeColumn, Positions, Truth
-from cgdb.bound import LikeMeaning
 from cgdb.errors import ExecuteError
 from cgdb.grammar import ast
+from cgdb.query.bindings import Bindings, EdgeColumn, Positions, Truth
+from cgdb.query.bound import LikeMeaning
 
 if TYPE_CHECKING:
-    from cgdb.bound import Meaning
+    from cgdb.query.bound import Meaning
     from cgdb.view import SceneView
 
 Column = NDArray[Any]
