@@ -18,6 +18,7 @@ import cgdb
 from cgdb.cli import render
 from cgdb.cli.importing import _progress
 from cgdb.errors import FormatError
+from cgdb.scene import SceneGraph
 
 if TYPE_CHECKING:
     from cgdb.database import OnExisting
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from cgdb.ingest.frames.recording import Frame, Recording
     from cgdb.ingest.mapping.checkpoint import Progress
     from cgdb.ingest.mapping.mapper import Mapper
-    from cgdb.scene import SceneGraph
+    from cgdb.ingest.mapping.sessions import Names
+    from cgdb.scene import ObjectId
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,8 @@ class Run:
         self.mapper, self.done, self.before = begun.mapper, begun.done, begun.before
         self.state, self.key, self.options, self.notes = state, key, options, begun.notes
         self.written = begun.before is not None
+        self.named: dict[ObjectId, Names] = {}
+        """What the map called its objects, others aside, in the revision that this run wrote last."""
         self.bad: Counter[str] = Counter()
 
     def run(self) -> int:
@@ -136,7 +140,7 @@ class Run:
     def write(self, *, last: bool = False) -> tuple[SceneGraph, int | None]:
         """The map so far as a revision, and the state from which to go on beside it."""
         from cgdb.ingest.mapping import checkpoint
-        from cgdb.ingest.mapping.sessions import carried
+        from cgdb.ingest.mapping.sessions import carried, names_of
         from cgdb.ingest.relations.relate import with_geometry
 
         if not last or self.options.keep_state:
@@ -152,10 +156,7 @@ class Run:
             encoder=self.options.encoder or self.detector.encoder or next(iter(encoders), None),
             provenance=self._provenance(),
         )
-        if before is not None:
-            scene = carried(scene, before)
-        if not self.options.no_relate:
-            scene = with_geometry(scene)
+        named = {obj.id: names_of(obj) for obj in scene.objects}
         # The first revision obeys the rule for scenes that are there; the later ones are of this map's own scene.
         existing: OnExisting = "replace" if self.written else self.options.on_existing
         with self.db.write(
@@ -168,13 +169,24 @@ class Run:
             spaces=scene.spaces,
             provenance=scene.provenance,
         ) as writer:
+            if self.written:
+                # Read while nobody else can write: what was said of the map's objects until now stays.
+                scene = carried(scene, self._stored(), self.named)
+            if not self.options.no_relate:
+                scene = with_geometry(scene)
             writer.places(scene.places)
             writer.objects(scene.objects)
             writer.relations(scene.relations)
-        self.written = True
+        self.written, self.named = True, named
         if last and not self.options.keep_state:
             self.state.unlink(missing_ok=True)
         return scene, writer.revision
+
+    def _stored(self) -> SceneGraph:
+        """The scene in the store, without clouds; an empty one where somebody has removed it."""
+        if all(info.name != self.name for info in self.db.scenes()):
+            return SceneGraph(name=self.name)
+        return self.db.scene(self.name, features=False, clouds=False)
 
     def _provenance(self) -> dict[str, Any]:
         recording = self.recording

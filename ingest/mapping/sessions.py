@@ -6,7 +6,6 @@ import heapq
 from collections import Counter
 from collections.abc import Mapping as MappingOf
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
