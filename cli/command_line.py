@@ -40,6 +40,10 @@ class Parser(argparse.ArgumentParser):
             near = did_you_mean(words[1], words[3::2])
             # One name that is near says more than all the names.
             message, hint = (message.partition(" (choose from")[0], near) if near else (message, hint)
+        greedy = [action.option_strings[0] for action in self._actions if action.option_strings and action.nargs == "+"]
+        if greedy and message.endswith("required: STORE"):
+            message = f"STORE is missing: all words after {' or '.join(greedy)} belong to that option"
+            hint = f"{self.prog} STORE {greedy[0]} ...: the store comes first"
         raise UsageError(message, hint=hint)
 
     def refuse(self, words: Sequence[str]) -> NoReturn:

@@ -209,6 +209,8 @@ def test_people_fill_in_a_sheet(stores: tuple[str, str], tmp_path: Path, capsys:
         ),
         (("semseg", "GOOD", "--truth", "TRUTHS", "--by", "tag", "--cloud", "none.ply"), 2, "no file none.ply"),
         (("semseg", "GOOD", "--truth", "TRUTHS", "--encoder", "clip=nonsense"), 9, "no encoder"),
+        (("mapping", "--truth", "TRUTHS", "GOOD"), 2, "cgdb eval mapping STORE --truth ...: the store comes first"),
+        (("graph", "--verdicts", "a.json", "b.json", "GOOD"), 2, "the store comes first"),
         (("graph", "GOOD"), 2, "--truth, --sheet and --verdicts"),
         (("graph", "GOOD", "--truth", "TRUTHS/good.npz"), 5, "good.npz"),
         (("graph", "GOOD", "--truth", "GOOD"), 2, "is a store, and the truth is a file"),
