@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import cgdb
 from cgdb.cli.importing import remove_if_empty
 from cgdb.cli.mapping_run import Begun, Run
-from cgdb.errors import FormatError, UsageError
+from cgdb.errors import FormatError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from cgdb.ingest.detections.detections import Detector
@@ -31,6 +31,7 @@ def map_recording(options: Namespace) -> int:
     if options.resume and options.extend:
         raise UsageError("--resume goes on with a recording, --extend maps another one: give one of them")
     how = _parameters(options)
+    _check_encoder(options.encoder)
     recording = open_recording(
         options.sequence, layout=options.layout, lens=_intrinsics(options.intrinsics), depth_scale=options.depth_scale
     )
@@ -197,6 +198,17 @@ def _check_free(db: cgdb.Database, name: str, options: Namespace) -> None:
         raise UsageError(
             f"the store holds a scene '{name}' already",
             hint="--extend maps another recording into it, --resume goes on, --on-existing replace makes it anew",
+        )
+
+
+def _check_encoder(name: str | None) -> None:
+    """Before hours of mapping: whether what the map will name is an encoder. It need not be installed here."""
+    from cgdb.meaning.embed import ENCODERS
+
+    if name is not None and (scheme := name.partition(":")[0]) not in ENCODERS:
+        raise UsageError(
+            f"--encoder: no encoder is known by the name '{name[:100]}'",
+            hint=did_you_mean(scheme, ENCODERS) or "open_clip:MODEL:WEIGHTS, such as open_clip:ViT-B-32:openai",
         )
 
 

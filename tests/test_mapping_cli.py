@@ -118,6 +118,9 @@ def test_revisions_while_it_maps(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
+        (["--encoder", "foo"], 2),
+        (["--encoder", "clip=open_clip:ViT-B-32:openai", "--detections", "geometry"], 2),
+        (["--detections", "models:foo"], 2),
         (["--intrinsics", "1,2"], 2),
         (["--intrinsics", "5,5,5,5"], 5),
         (["--size", "big"], 2),

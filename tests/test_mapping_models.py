@@ -31,6 +31,8 @@ def test_models_are_chosen_by_name() -> None:
         ("sma=x", "none of its parts", "did you mean 'sam'?"),
         ("sam=x,sam=y", "given twice", "sam"),
         ("sam=", "none of its parts", "sam"),
+        ("foo", "none of its parts", "sam="),
+        ("sem", "none of its parts", "did you mean 'sam'?"),
         ("a,b,c", "none of its parts", "NAME=VALUE"),
         ("dino=x", "told what to look for", "tags=FILE"),
         ("box=0.3", "told what to look for", "tags=FILE"),

@@ -11,6 +11,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -140,7 +141,7 @@ def chosen(text: str) -> Choice:
     UsageError where it says something else.
     """
     parts = [part.strip() for part in text.split(",")] if text.strip() else []
-    if parts and not any("=" in part for part in parts) and len(parts) <= 2:
+    if parts and len(parts) <= 2 and all(not part or _names_a_model(part) for part in parts):
         parts = [f"{key}={part}" for key, part in zip(("sam", "clip"), parts, strict=False) if part]
     given: dict[str, Any] = {}
     for part in parts:
@@ -159,6 +160,11 @@ def chosen(text: str) -> Choice:
             hint="tags=FILE with a name on each line, tags=clip:FILE or tags=caption:MODEL",
         )
     return Choice(**given)
+
+
+def _names_a_model(part: str) -> bool:
+    """Whether it is a name as the hub's, OWNER/NAME, or that of a folder."""
+    return "=" not in part and ("/" in part or Path(part).is_dir())
 
 
 def _share(key: str, value: str) -> float:
