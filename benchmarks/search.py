@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 import cgdb
 from benchmarks import report, world
 from cgdb.database import Database
-from cgdb.query.bound import VectorMeaning
+from cgdb.meaning.meanings import VectorMeaning
 from cgdb.query.search import search
 
 K = 10

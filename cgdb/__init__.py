@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from cgdb.database import Database as Database
     from cgdb.database import open as open
     from cgdb.errors import CgdbError as CgdbError
+    from cgdb.meaning.meanings import Vector as Vector
     from cgdb.meaning.vocabulary import Vocabulary as Vocabulary
-    from cgdb.query.bound import Vector as Vector
     from cgdb.query.limits import Limits as Limits
     from cgdb.result import Path as Path
     from cgdb.result import Reason as Reason
@@ -34,7 +34,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Answer": "cgdb.asking.answer",
-    "Vector": "cgdb.query.bound",
+    "Vector": "cgdb.meaning.meanings",
     "Database": "cgdb.database",
     "open": "cgdb.database",
     "CgdbError": "cgdb.errors",

@@ -16,12 +16,12 @@ import numpy as np
 
 from cgdb.errors import BindError, CgdbError, StoreError, one_of
 from cgdb.index.artefacts import Artefacts
+from cgdb.index.positions import Positions
 from cgdb.meaning import background
 from cgdb.meaning.degrees import Degrees
 from cgdb.meaning.embed import TEXT_MODEL, Encoder
 from cgdb.meaning.encoders import Encoders
-from cgdb.query.bindings import Positions
-from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
+from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.query.limits import Budget, Limits
 from cgdb.query.run import run
 from cgdb.query.search import Hits, check_k, search

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 import cgdb
 from cgdb.database import Database
+from cgdb.index.positions import EdgeColumn, Positions
 from cgdb.meaning.degrees import Degrees
-from cgdb.query.bindings import EdgeColumn, Positions
-from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning
+from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning
 from cgdb.scene import ObjectId, SceneGraph
 from cgdb.view import SceneView
 

@@ -18,11 +18,11 @@ from cgdb.index.catalog import BUILT_IN, Catalog
 from cgdb.index.columns import Columns
 from cgdb.index.graph import GraphIndex, property_column
 from cgdb.index.neighbours import Relations
+from cgdb.index.positions import Positions
 from cgdb.index.vectors import VectorIndex
 from cgdb.meaning import background
 from cgdb.meaning.degrees import Degrees
 from cgdb.meaning.texts import FORMAT, TextIndex
-from cgdb.query.bindings import Positions
 from cgdb.result import StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, canonical_id
 from cgdb.storage.ledger import Ledger, NodeRow, SceneInfo

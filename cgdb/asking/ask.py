@@ -40,6 +40,7 @@ from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import Catalog, merge
 from cgdb.meaning.embed import Encoder
+from cgdb.meaning.meanings import Vector
 from cgdb.model.llm import Meter, Model, ModelError, Unreachable
 from cgdb.model.model_translate import translated
 from cgdb.model.pictures import checked, data_url, tower
@@ -47,7 +48,6 @@ from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
-from cgdb.query.bound import Vector
 from cgdb.query.limits import Limits
 from cgdb.result import Result, Row
 

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import BindError, CgdbError, EncoderError
+from cgdb.index.positions import EdgeColumn, Positions
 from cgdb.meaning import background, scoring, told
 from cgdb.meaning.embed import Encoder
 from cgdb.meaning.encoders import Encoders
 from cgdb.meaning.image_features import Space
 from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.meaning.stated import telling
 from cgdb.meaning.texts import TextIndex
 from cgdb.meaning.words import head_phrase
-from cgdb.query.bindings import EdgeColumn, Positions
-from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.scene import FeatureSpace
 
 if TYPE_CHECKING:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from cgdb.errors import LimitError
 from cgdb.grammar import ast
+from cgdb.index.positions import EdgeColumn
 from cgdb.query import cypher
-from cgdb.query.bindings import Bindings, EdgeColumn
+from cgdb.query.bindings import Bindings
 from cgdb.query.bound import BoundEdge, BoundQuery
 from cgdb.query.evaluate import rounded
 from cgdb.query.executor import Executor

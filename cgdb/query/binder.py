@@ -16,16 +16,8 @@ from cgdb.grammar import ast
 from cgdb.grammar.limits import children
 from cgdb.grammar.printer import to_text
 from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
-from cgdb.query.bound import (
-    BoundEdge,
-    BoundMatch,
-    BoundNode,
-    BoundQuery,
-    BoundReturn,
-    LikeMeaning,
-    Meaning,
-    VectorMeaning,
-)
+from cgdb.meaning.meanings import LikeMeaning, Meaning, VectorMeaning
+from cgdb.query.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery, BoundReturn
 from cgdb.query.functions import AGGREGATES, FUNCTIONS, Signature
 from cgdb.query.parameters import Parameters
 

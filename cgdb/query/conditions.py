@@ -10,8 +10,8 @@ import numpy as np
 from cgdb.errors import CgdbError
 from cgdb.grammar import ast
 from cgdb.grammar.parser import parse_condition
+from cgdb.index.positions import Positions
 from cgdb.query.binder import bind
-from cgdb.query.bindings import Positions
 from cgdb.query.executor import Executor, Profile
 from cgdb.query.limits import Budget
 from cgdb.query.planner import plan

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from cgdb import geometry
 from cgdb.errors import ExecuteError
 from cgdb.grammar import ast
-from cgdb.query.bindings import Bindings, EdgeColumn, Positions, Truth
-from cgdb.query.bound import LikeMeaning
+from cgdb.index.positions import EdgeColumn, Positions
+from cgdb.meaning.meanings import LikeMeaning
+from cgdb.query.bindings import Bindings, Truth
 
 if TYPE_CHECKING:
-    from cgdb.query.bound import Meaning
+    from cgdb.meaning.meanings import Meaning
     from cgdb.view import SceneView
 
 Column = NDArray[Any]

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cgdb.grammar import ast
-from cgdb.index.neighbours import expand
+from cgdb.index.positions import EdgeColumn, Flags, Positions
+from cgdb.meaning.meanings import Meaning
 from cgdb.query import cypher
-from cgdb.query.bindings import Bindings, EdgeColumn, Flags, Positions, Truth, always, concatenate
-from cgdb.query.bound import BoundEdge, BoundNode, BoundQuery, Meaning
+from cgdb.query.bindings import Bindings, Truth, always, concatenate
+from cgdb.query.bound import BoundEdge, BoundNode, BoundQuery
 from cgdb.query.evaluate import Evaluator
+from cgdb.query.expand import expand
 from cgdb.query.limits import Budget
 from cgdb.query.near import joined, near_pairs
 from cgdb.query.paths import follow

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.geometry import Boxes
-from cgdb.query.bindings import Bindings, Positions
+from cgdb.index.positions import Positions
+from cgdb.query.bindings import Bindings
 from cgdb.query.limits import Budget
 
 MOST_CELLS = 64

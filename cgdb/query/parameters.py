@@ -10,7 +10,7 @@ import numpy as np
 
 from cgdb.errors import BindError, Span, did_you_mean, one_of
 from cgdb.grammar import ast
-from cgdb.query.bound import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
+from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 
 
 class Parameters:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.query.bindings import Bindings, EdgeColumn, Flags, Positions
+from cgdb.index.positions import EdgeColumn, Flags, Positions
+from cgdb.query.bindings import Bindings
 from cgdb.query.bound import BoundEdge
 from cgdb.query.limits import Budget
 

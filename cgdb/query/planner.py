@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
-from cgdb.query.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery, Meaning
+from cgdb.meaning.meanings import Meaning
+from cgdb.query.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery
 from cgdb.query.cypher import Component, pushable, variables
 
 # Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.

@@ -11,9 +11,10 @@ import numpy as np
 from cgdb.errors import Span
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
+from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning
 from cgdb.query import cypher
 from cgdb.query.bindings import Bindings
-from cgdb.query.bound import BoundEdge, BoundQuery, LikeMeaning, Meaning, TextMeaning
+from cgdb.query.bound import BoundEdge, BoundQuery
 from cgdb.query.planner import Plan
 from cgdb.result import Reason
 

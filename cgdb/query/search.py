@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import BindError
-from cgdb.query.bindings import Positions
-from cgdb.query.bound import Meaning, TextMeaning, VectorMeaning
+from cgdb.index.positions import Positions
+from cgdb.meaning.meanings import Meaning, TextMeaning, VectorMeaning
 from cgdb.result import StoredNode
 from cgdb.scene import ObjectId
 
