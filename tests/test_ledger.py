@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 from cgdb.errors import CgdbError, SceneError, StoreBusyError, StoreError, VersionError
 from cgdb.scene import FeatureSpace, Place, Relation, SceneGraph, SceneObject
 from cgdb.storage.ledger import Ledger, SceneInfo
+from cgdb.storage.writer import OnExisting
 
 CLIP = FeatureSpace(name="clip", dimension=4, encoder="open_clip:tiny")
 
@@ -414,6 +416,34 @@ def test_removal_in_a_block(ledger: Ledger) -> None:
         writer.remove([2])
         writer.relations([Relation(source=2, target=3, label="near")])
     assert ledger.revision() == 1
+
+
+@pytest.mark.parametrize("how", ["merge", "replace"])
+def test_relations_are_removed_by_name(ledger: Ledger, how: OnExisting) -> None:
+    on, near = Relation(source=1, target=2, label="on"), Relation(source=1, target=2, label="near")
+    add(ledger, [thing(1), thing(2)], [on, near, dataclasses.replace(on, origin="llm")])
+    with ledger.write("lab", on_existing=how) as writer:
+        writer.objects([thing(1), thing(2)])
+        writer.relations([near])
+        writer.unrelate([dataclasses.replace(on, confidence=0.1), dataclasses.replace(on, origin="llm")])
+    assert (writer.revision, writer.relations_removed) == (2, 2)
+    scene = ledger.scene_graph(ledger.scene("lab"))
+    assert scene.relations == (near,)
+    assert len(ledger.scene_graph(ledger.scene("lab", 1)).relations) == 3
+    assert ledger.check() == []
+    for relation in (on, dataclasses.replace(near, target=9)):
+        with (
+            pytest.raises(SceneError, match="is not there to be removed"),
+            ledger.write("lab", on_existing="merge") as writer,
+        ):
+            writer.unrelate([relation])
+    with (
+        pytest.raises(SceneError, match="both written and removed"),
+        ledger.write("lab", on_existing="merge") as writer,
+    ):
+        writer.relations([on])
+        writer.unrelate([on])
+    assert ledger.revision() == 2
 
 
 @pytest.mark.parametrize("name", ["", "x" * 257, "a\x00b", "\ud800"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -116,6 +117,46 @@ def test_open_relations_and_none() -> None:
         mine = [relation for relation in db.scene("room").relations if relation.origin == "llm"]
         assert [(r.source, r.label, r.target, r.confidence) for r in mine] == [(1, "may be stored in", 2, 0.5)]
         assert db.relate(model=model(at)).estimate().pending == 0, "that there is none is known as well"
+
+
+def test_what_a_model_takes_back_ends_with_the_run_that_says_so() -> None:
+    relation = "a on b"
+
+    def brain(body: dict[str, Any]) -> str:
+        said = {"relation": relation, "other": None, "reason": "so it is", "sure": "certain"}
+        return json.dumps({"pairs": [{"number": pair["number"], **said} for pair in pairs_of(body)]})
+
+    def by_model() -> set[tuple[Any, ...]]:
+        return {(r.source, r.label, r.target) for r in db.scene("room").relations if r.origin == "llm"}
+
+    asserted = Relation(source=2, target=1, label="belongs to", origin="human")
+    elsewhere = Relation(source=4, target=5, label="lights", origin="llm")
+    scene = replace(ROOM, relations=(*ROOM.relations, asserted, elsewhere))
+    with store(scene) as db, ModelServer(brain) as at:
+        run(db.relate(model=model(at)))
+        assert by_model() == {(1, "on", 2), (1, "on", 3), (4, "lights", 5)}
+        marked = next(r for r in db.scene("room").relations if (r.origin, r.source) == ("geometry", 3))
+        assert marked.explanation == "contradicts #1 on #3 (llm, 0.95)"
+
+        # With another caption it is another question: first of the cup, then of the plate.
+        relation = "b on a"
+        captioned = replace(CUP, caption="a full cup")
+        db.add(replace(scene, objects=(captioned,), relations=()), on_existing="merge")
+        work = db.relate(model=model(at))
+        assert (work.estimate().pending, run(work), work.related) == (1, [(1, 1)], 2)
+        assert by_model() == {(2, "on", 1), (1, "on", 3), (4, "lights", 5)}
+
+        relation = "none"
+        db.add(replace(scene, objects=(replace(PLATE, caption="a plate"),), relations=()), on_existing="merge")
+        again = db.relate(model=model(at))
+        run(again)
+        assert by_model() == {(2, "on", 1), (4, "lights", 5)}, "of pairs that were not asked about all stays"
+        left = {(r.source, r.label, r.target): r for r in db.scene("room").relations}
+        assert left[3, "on", 1].explanation is None, "it contradicts nothing any more"
+        assert left[2, "belongs to", 1].origin == "human"
+        assert (1, "on", 3) not in left
+        earlier = db.scene("room", as_of=again.revisions["room"] - 1)
+        assert (1, "on", 3) in {(r.source, r.label, r.target) for r in earlier.relations}
 
 
 def test_pairs_that_a_batch_leaves_out_are_asked_for_alone() -> None:

@@ -86,6 +86,20 @@ class Said:
         """As it is kept."""
         return {"label": self.label, "turned": self.turned, "reason": self.reason, "confidence": self.confidence}
 
+    def relation(self, a: ObjectId, b: ObjectId) -> Relation | None:
+        """What it says of a and b; None where that is nothing."""
+        if self.label is None:
+            return None
+        source, target = (b, a) if self.turned else (a, b)
+        return Relation(
+            source=source,
+            target=target,
+            label=self.label,
+            confidence=self.confidence,
+            explanation=self.reason or None,
+            origin=ORIGIN,
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Task:
@@ -205,40 +219,42 @@ class Relating:
         with self._db.write(scene, kind="relate", on_existing="merge", message=message) as writer:
             # Read while nobody else can write: what is gone since has no relations.
             now = self._db.scene(scene, features=False, clouds=False)
-            writer.relations(self._new(now))
+            said, taken_back = self._said(now)
+            writer.unrelate(taken_back)
+            writer.relations(said)
         if writer.revision is not None:
             self.revisions[scene] = writer.revision
 
-    def _new(self, scene: SceneGraph) -> list[Relation]:
-        """What was said of the scene's pairs, and the relations from geometry that it contradicts, marked."""
+    def _said(self, scene: SceneGraph) -> tuple[list[Relation], list[Relation]]:
+        """What a model says of the scene's pairs now, and what one has said of them before and is said no more.
+
+        With the first come the relations from geometry of these pairs, those that are contradicted marked.
+        """
         there = {obj.id for obj in scene.objects}
-        geometry: dict[frozenset[ObjectId], list[Relation]] = {}
+        stored: dict[frozenset[ObjectId], list[Relation]] = {}
         for relation in scene.relations:
-            if relation.origin == "geometry":
-                geometry.setdefault(frozenset((relation.source, relation.target)), []).append(relation)
-        new: dict[tuple[ObjectId, ObjectId, str, str], Relation] = {}
+            stored.setdefault(frozenset((relation.source, relation.target)), []).append(relation)
+        said: list[Relation] = []
+        taken_back: list[Relation] = []
         for task in self._tasks:
-            said = self._kept.get(task.key) if task.scene == scene.name and {task.a, task.b} <= there else None
-            if said is None or said.label is None:
+            answer = self._kept.get(task.key) if task.scene == scene.name and {task.a, task.b} <= there else None
+            if answer is None:
                 continue
-            source, target = (task.b, task.a) if said.turned else (task.a, task.b)
-            relation = Relation(
-                source=source,
-                target=target,
-                label=said.label,
-                confidence=said.confidence,
-                explanation=said.reason or None,
-                origin=ORIGIN,
-            )
-            against = [other for other in geometry.get(frozenset((source, target)), ()) if contradict(relation, other)]
-            if against:
-                self.contradictions += 1
-                relation = _marked(relation, max(against, key=lambda other: other.confidence))
-                for other in against:
-                    new[_key(other)] = _marked(other, relation)
-            new[_key(relation)] = relation
-        self.related += sum(relation.origin == ORIGIN for relation in new.values())
-        return list(new.values())
+            new = answer.relation(task.a, task.b)
+            before = stored.get(frozenset((task.a, task.b)), [])
+            geometry = [relation for relation in before if relation.origin == "geometry"]
+            against = [relation for relation in geometry if new is not None and contradict(new, relation)]
+            said += [_marked(relation, new if relation in against else None) for relation in geometry]
+            if new is not None:
+                said.append(_marked(new, max(against, key=lambda relation: relation.confidence, default=None)))
+            self.related += new is not None
+            self.contradictions += bool(against)
+            taken_back += [
+                relation
+                for relation in before
+                if relation.origin == ORIGIN and (new is None or _key(relation) != _key(new))
+            ]
+        return said, taken_back
 
 
 def contradict(one: Relation, other: Relation) -> bool:
@@ -335,11 +351,16 @@ def _metres(values: Any) -> list[float]:
     return [round(float(value), 2) for value in values]
 
 
-def _marked(relation: Relation, against: Relation) -> Relation:
-    """The relation with the one that it contradicts in its explanation; said once, however often it is run."""
-    own = (relation.explanation or "").partition(f"{MARK} #")[0].rstrip(" ;")
-    what = f"{MARK} #{against.source} {against.label} #{against.target} ({against.origin}, {against.confidence:.2f})"
-    return replace(relation, explanation=f"{own}; {what}" if own else what)
+def _marked(relation: Relation, against: Relation | None) -> Relation:
+    """The relation with the one that it contradicts, if any, in its explanation; said once, however often it is run."""
+    own, mark, _ = (relation.explanation or "").partition(f"{MARK} #")
+    if against is None and not mark:
+        return relation
+    parts = [own.rstrip(" ;")]
+    if against is not None:
+        named = f"#{against.source} {against.label} #{against.target}"
+        parts.append(f"{MARK} {named} ({against.origin}, {against.confidence:.2f})")
+    return replace(relation, explanation="; ".join(filter(None, parts)) or None)
 
 
 def _key(relation: Relation) -> tuple[ObjectId, ObjectId, str, str]:

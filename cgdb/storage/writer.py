@@ -162,6 +162,22 @@ class SceneWriter:
                     raise SceneError(f"scene '{self.scene}': there is no object or place #{text} to remove")
                 self._removed[self._keys[text]] = text
 
+    def unrelate(self, relations: Iterable[Relation]) -> None:
+        """Remove relations, by their ends, label and origin. SceneError for one that is not there."""
+        stream = iter(relations)
+        while batch := list(islice(stream, _RELATIONS)):
+            with _valid_texts(self.scene):
+                names = [payload[:4] for payload in self._relation_payloads(batch)]
+            live = self._live_relations({name[:2] for name in names})
+            for relation, name in zip(batch, names, strict=True):
+                start = live[name][0] if name in live else None
+                if start is None or start == self._number:
+                    problem = "is not there to be removed" if start is None else "is both written and removed"
+                    said = f"#{relation.source} {relation.label!r} #{relation.target} ({relation.origin})"
+                    raise SceneError(f"scene '{self.scene}': the relation {said} {problem}")
+            self._close_rows(schema.relations, "relations", [(*name, *live[name][:2]) for name in dict.fromkeys(names)])
+            self.relations_removed += len(set(names))
+
     # --- nodes -------------------------------------------------------------------------------------------------------
 
     def _write_nodes(self, batch: list[tuple[NodePayload, SceneObject | None]]) -> None:
@@ -349,16 +365,19 @@ class SceneWriter:
     # --- relations ---------------------------------------------------------------------------------------------------
 
     def _write_valid_relations(self, batch: list[Relation]) -> None:
+        ready = {payload[:4]: payload for payload in self._relation_payloads(batch)}
+        self._note_ends({key for payload in ready.values() for key in payload[:2]})
+        self._write_relations(list(ready.values()))
+
+    def _relation_payloads(self, batch: list[Relation]) -> list[RelationPayload]:
         ends = [(rows.id_text(r.source), rows.id_text(r.target)) for r in batch]
         # In the order of the batch: a map gets the same keys wherever and whenever it is imported.
         self._find_keys([end for pair in ends for end in pair])
         keys = self._keys
-        ready: dict[_Values, RelationPayload] = {}
-        for relation, (source, target) in zip(batch, ends, strict=True):
-            payload = rows.relation_payload(keys[source], keys[target], relation)
-            ready[payload[:4]] = payload
-        self._note_ends({key for payload in ready.values() for key in payload[:2]})
-        self._write_relations(list(ready.values()))
+        return [
+            rows.relation_payload(keys[source], keys[target], relation)
+            for relation, (source, target) in zip(batch, ends, strict=True)
+        ]
 
     def _note_ends(self, keys: set[int]) -> None:
         unknown = keys - self._written - self._pending
