@@ -14,13 +14,15 @@ the truth, a labelled cloud:
              of each, -1 none; vectors (k, d) of the classes' texts
   NAME.ply   vertices with x, y, z and label and/or instance (or instance_id,
              object_id); or faces with object_id, as Replica's mesh_semantic.ply
+  SCAN.aggregation.json   ScanNet's, with its .segs.json and .ply beside it
   FOLDER     a scene of Replica or ScanNet; a generated sequence (objects.npz,
              whose classes' vectors are the means of their true features)
 --names: nyu40 (known for *_vh_clean_2.labels.ply), or a JSON list of names,
 {"number": "name"}, or info_semantic.json (found beside mesh_semantic.ply)"""
 
 GRAPHS = """\
-the truth, a JSON file, or any map that cgdb import reads, taken for the truth:
+the truth: any map that cgdb import reads, taken for the truth; the objects of
+a labelled cloud, as in cgdb eval mapping; or a JSON file:
   {"objects": [{"id": 1, "names": ["sofa", "couch"],    what it may be called
                 "center": [1.2, 0.4, 0.4], "extent": [2.0, 0.9, 0.8],
                 "rotation": [[..], [..], [..]]}],       or "points", or no box

@@ -91,7 +91,9 @@ def _called(path: str) -> set[str]:
     names = {whole.name, whole.stem}
     if whole.name in ("objects.npz", "truth.npz", "truth.ply", "truth.json", "mesh_semantic.ply"):
         names |= {whole.parent.name, whole.parent.parent.name if whole.parent.name == "habitat" else whole.parent.name}
-    return names | {name.removesuffix("_graph").removesuffix("_vh_clean_2.labels") for name in names}
+    for ending in ("_graph", "_vh_clean_2.labels", ".aggregation"):
+        names |= {name.removesuffix(ending) for name in names}
+    return names
 
 
 def _inside(path: str, scene: str) -> list[Path]:

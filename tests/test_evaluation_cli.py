@@ -167,6 +167,18 @@ def test_nodes_and_edges(stores: tuple[str, str], tmp_path: Path, capsys: pytest
     assert found["scenes"][0]["labels"]["on"]["edge_precision"] == 1.0
 
 
+def test_the_objects_of_a_cloud_are_a_truth_for_nodes_only(
+    stores: tuple[str, str], truths: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for labels in ((), ("--labels", "on")):
+        out, err = said(capsys, "graph", *stores, "--truth", str(truths), *labels)
+        rows = {line.split()[0]: line.split()[1:] for line in out.splitlines() if line[:4] in ("good", "bad ")}
+        # The floor is no thing, and who is on what a cloud does not say.
+        assert rows["good"] == ["2", "1.00", "2", "0", "0", "-", "-", "2/2"]
+        assert rows["bad"] == ["1", "0.00", "1", "0", "0", "-", "-", "1/2"]
+        assert "good: 2 annotated objects, 0 relations" in err
+
+
 def test_people_fill_in_a_sheet(stores: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sheet = tmp_path / "sheet.json"
     _, err = said(capsys, "graph", *stores, "--sheet", str(sheet))
@@ -212,10 +224,10 @@ def test_people_fill_in_a_sheet(stores: tuple[str, str], tmp_path: Path, capsys:
         (("mapping", "--truth", "TRUTHS", "GOOD"), 2, "cgdb eval mapping STORE --truth ...: the store comes first"),
         (("graph", "--verdicts", "a.json", "b.json", "GOOD"), 2, "the store comes first"),
         (("graph", "GOOD"), 2, "--truth, --sheet and --verdicts"),
-        (("graph", "GOOD", "--truth", "TRUTHS/good.npz"), 5, "good.npz"),
+        (("graph", "GOOD", "--truth", "TRUTHS/../vectors.npz"), 5, "vectors.npz"),
         (("graph", "GOOD", "--truth", "GOOD"), 2, "is a store, and the truth is a file"),
         (("graph", "GOOD", "--verdicts", "none.json"), 2, "no sheet none.json"),
-        (("graph", "GOOD", "--truth", "TRUTHS/good.npz", "--same", "on"), 5, "good.npz"),
+        (("graph", "GOOD", "--truth", "TRUTHS/good.npz", "--same", "on"), 2, "LABEL=OTHER"),
     ],
 )
 def test_bad_input_is_one_clear_line(

@@ -6,7 +6,9 @@ import io
 import json
 import struct
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,6 +98,126 @@ def test_scannet_labels_are_nyu40(tmp_path: Path) -> None:
     assert found.owner is None
     with pytest.raises(FormatError, match="but not the object"):
         truth_of(found)
+
+
+Scan = dict[str, Any]
+
+
+def scan_parts() -> Scan:
+    """Nine vertices of a floor, a chair of two segments and an office chair; segment 70 is nobody's."""
+    return {
+        "segs": {"sceneId": "scene0000_00", "segIndices": [5, 5, 5, 11, 11, 12, 70, 3, 3]},
+        "groups": [
+            {"id": 0, "objectId": 0, "segments": [11, 12, 999], "label": "chair"},
+            {"id": 1, "objectId": 1, "segments": [5], "label": "floor"},
+            {"id": 2, "objectId": 2, "segments": [3], "label": "office  chair"},
+        ],
+        "rows": "".join(f"{i} {i % 2} {i % 3} {c}\n" for i, c in enumerate((2, 2, 2, 5, 5, 5, 0, 5, 5))),
+    }
+
+
+def scan(folder: Path, parts: Scan, mesh: str = "_vh_clean_2.labels.ply") -> Path:
+    name = "scene0000_00"
+    written(folder / f"{name}_vh_clean_2.0.010000.segs.json", json.dumps(parts["segs"]))
+    written(folder / f"{name}_vh_clean.aggregation.json", "{}")  # of the fine mesh
+    vertices = ascii_ply("property ushort label\n", parts["rows"]).replace(b"vertex 3", b"vertex 9")
+    if mesh == "_vh_clean_2.ply":
+        vertices = vertices.replace(b"ushort label", b"uchar red")
+    written(folder / f"{name}{mesh}", vertices)
+    return written(folder / f"{name}.aggregation.json", json.dumps({"segGroups": parts["groups"]}))
+
+
+def test_scannet_tells_objects_by_segments(tmp_path: Path) -> None:
+    path = scan(tmp_path, scan_parts())
+    for found in (read_labelled(tmp_path), read_labelled(path)):
+        assert found.owner is not None and found.owner.tolist() == [1, 1, 1, 0, 0, 0, -1, 2, 2]
+        assert found.ids == (0, 1, 2) and found.called == ("chair", "floor", "office chair")
+        assert [found.names[label] if label >= 0 else None for label in found.labels[[0, 3, 6]]] == [
+            "floor", "chair", None,
+        ]  # fmt: skip
+        truth = truth_of(found)
+        assert truth.things.tolist() == [True, False, True] and truth.names == ("chair", "floor", "chair")
+
+
+def test_without_classes_a_scan_has_those_that_people_wrote(tmp_path: Path) -> None:
+    scan(tmp_path, scan_parts(), "_vh_clean_2.ply")
+    found = read_labelled(tmp_path)
+    assert found.names == ("chair", "floor", "office chair")
+    assert found.labels.tolist() == [1, 1, 1, 0, 0, 0, -1, 2, 2]
+
+
+def test_a_scan_is_an_annotated_scene_without_relations(tmp_path: Path) -> None:
+    scan(tmp_path, scan_parts())
+    for path in (tmp_path, tmp_path / "scene0000_00.aggregation.json"):
+        found = read_annotated(path)
+        assert [(obj.id, obj.tags) for obj in found.objects] == [(0, ("chair",)), (2, ("office chair", "chair"))]
+        assert found.objects[1].points is not None and found.objects[1].points.tolist() == [[7, 1, 1], [8, 0, 2]]
+        assert not found.relations
+
+
+def spoil_groups(parts: Scan) -> None:
+    parts["groups"] = {"0": "chair"}
+
+
+def spoil_group(parts: Scan) -> None:
+    parts["groups"][1] = 5
+
+
+def spoil_segments(parts: Scan) -> None:
+    parts["groups"][1]["segments"] = [-1, 2.5]
+
+
+def spoil_object(parts: Scan) -> None:
+    parts["groups"][1]["objectId"] = "1"
+
+
+def spoil_twice(parts: Scan) -> None:
+    parts["groups"][1]["objectId"] = 0
+
+
+def spoil_label(parts: Scan) -> None:
+    del parts["groups"][1]["label"]
+
+
+def spoil_count(parts: Scan) -> None:
+    parts["segs"]["segIndices"].pop()
+
+
+def spoil_indices(parts: Scan) -> None:
+    parts["segs"] = {"segIndices": {}}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (spoil_groups, "no list 'segGroups'"),
+        (spoil_group, "object 1: must be"),
+        (spoil_segments, "'segments' must hold"),
+        (spoil_object, "'objectId' must hold"),
+        (spoil_twice, "#0 is there already"),
+        (spoil_label, "has no label"),
+        (spoil_count, "tells of 8 vertices"),
+        (spoil_indices, "'segIndices' must hold"),
+    ],
+)
+def test_a_scan_that_does_not_fit_is_refused_in_one_line(
+    tmp_path: Path, spoil: Callable[[Scan], None], says: str
+) -> None:
+    parts = scan_parts()
+    spoil(parts)
+    path = scan(tmp_path, parts)
+    for reader in (read_labelled, read_annotated):
+        with pytest.raises(FormatError, match=says) as caught:
+            reader(tmp_path)
+        assert caught.value.message.count(str(path)) == 1 and "\n" not in caught.value.message
+
+
+@pytest.mark.parametrize("missing", ["_vh_clean_2.0.010000.segs.json", "_vh_clean_2.labels.ply"])
+def test_an_annotation_without_its_scan(tmp_path: Path, missing: str) -> None:
+    path = scan(tmp_path, scan_parts())
+    (tmp_path / f"scene0000_00{missing}").unlink()
+    with pytest.raises(FormatError, match="is not beside it"):
+        read_labelled(path)
 
 
 @pytest.mark.parametrize("order", ["<", ">"])

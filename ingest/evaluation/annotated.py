@@ -1,4 +1,7 @@
-"""Truth as an annotated scene graph: which objects there are, what each may be called, and how they relate."""
+"""Truth as an annotated scene graph: which objects there are, what each may be called, and how they relate.
+
+The objects of a labelled cloud are such a truth too, one without relations.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,8 @@ from numpy.typing import NDArray
 
 from cgdb.errors import CgdbError, FormatError, SceneError, UsageError
 from cgdb.ingest import fields, strict_json
+from cgdb.ingest.evaluation import labelled
+from cgdb.ingest.evaluation.mapping import truth_of
 from cgdb.ingest.report import Report
 from cgdb.ingest.source import Source
 from cgdb.scene import LARGEST_COORDINATE, Relation, SceneGraph, SceneObject, canonical_id
@@ -20,11 +25,13 @@ from cgdb.scene import LARGEST_COORDINATE, Relation, SceneGraph, SceneObject, ca
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AnnotatedScene:
     """objects: with boxes or points where they are known; their tags are all they may be called. relations:
-    all that hold. places: ids of rooms and the like, which relations may name."""
+    all that hold; judged: whether they are known, so that edges can be held against them. places: ids of rooms and the
+    like, which relations may name."""
 
     objects: tuple[SceneObject, ...]
     relations: tuple[Relation, ...]
     places: frozenset[int | str] = frozenset()
+    judged: bool = True
 
 
 def read_annotated(path: str | Path) -> AnnotatedScene:
@@ -32,6 +39,9 @@ def read_annotated(path: str | Path) -> AnnotatedScene:
     path = Path(path)
     if not path.exists():
         raise UsageError(f"there is no truth at {path}")
+    cloud = labelled.truth_in(path) if path.is_dir() else path if labelled.is_cloud(path) else None
+    if cloud is not None:
+        return _of_cloud(labelled.read_labelled(cloud), str(cloud))
     try:
         source = Source(path)
         value = source.value() if source.kind == "json" else None
@@ -56,6 +66,19 @@ def _of_map(path: Path) -> AnnotatedScene:
     return AnnotatedScene(
         objects=scene.objects, relations=scene.relations, places=frozenset(place.id for place in scene.places)
     )
+
+
+def _of_cloud(cloud: labelled.LabelledCloud, where: str) -> AnnotatedScene:
+    """The things of a labelled cloud, by what people called them and by their class."""
+    truth = truth_of(cloud, where)
+    order = np.argsort(truth.owner, kind="stable")
+    bounds = np.searchsorted(truth.owner[order], np.arange(len(truth.things) + 1))
+    objects = []
+    for row in np.flatnonzero(truth.things).tolist():
+        names = tuple(dict.fromkeys(filter(None, (cloud.called[row] if cloud.called else "", truth.names[row]))))
+        points = truth.points[order[bounds[row] : bounds[row + 1]]]
+        objects.append(SceneObject(id=truth.ids[row], tag=names[0] if names else None, tags=names, points=points))
+    return AnnotatedScene(objects=tuple(objects), relations=(), judged=False)
 
 
 def _annotated(value: Mapping[str, Any]) -> AnnotatedScene:

@@ -140,7 +140,7 @@ def evaluate_graph(
     asked = {obj.id for obj in objects} | truth.places
     stated = (_edge(r, means, truth.places) for r in truth.relations if {r.source, r.target} <= asked)
     true = {edge for edge in stated if not wanted or edge[1] in wanted}
-    counted = wanted or {label for _, label, _ in true}
+    counted = (wanted or {label for _, label, _ in true}) if truth.judged else set()
     edges: dict[Edge, Edge | None] = {}
     looked_at = {node.id for node in nodes} | places
     for relation in scene.relations:

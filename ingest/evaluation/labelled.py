@@ -1,6 +1,7 @@
 """Truth as a labelled cloud: which class, and which object, each point of the true surfaces belongs to.
 
-Read from a plain .npz, a PLY with labels, the folder of a generated sequence, or a scene folder of Replica or ScanNet.
+Read from a plain .npz, a PLY with labels, the folder of a generated sequence, ScanNet's annotation, or a scene folder
+of Replica or ScanNet.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 
 from cgdb.errors import CgdbError, FormatError, UsageError
 from cgdb.ingest.arrays import of_archive
-from cgdb.ingest.evaluation import ply
-from cgdb.ingest.evaluation.names import NYU40, ClassNames, read
+from cgdb.ingest.evaluation import ply, scannet
+from cgdb.ingest.evaluation.names import NYU40_LABELS, NYU40_NAMES, ClassNames, read
 from cgdb.scene import LARGEST_COORDINATE
 
 Ints = NDArray[np.intp]
@@ -29,9 +30,10 @@ _INSTANCES = ("instance", "instance_id", "object_id", "objectid", "instances")
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LabelledCloud:
     """points (n, 3) float32 m. labels (n,) index into names, -1 for none. owner (n,) index of the true object, -1 for
-    none, or None where the truth knows no objects; then of each of m: ids, kinds (class, -1 unknown), frames (in how
-    many it was seen, None where unknown), room (whether it is wall, floor or ceiling, None where names must tell).
-    vectors (k, d): of the names' texts, in the space of the features."""
+    none, or None where the truth knows no objects; then of each of m: ids, kinds (class, -1 unknown), called (what
+    people called it, empty where that is not told), frames (in how many it was seen, None where unknown), room (whether
+    it is wall, floor or ceiling, None where names must tell). vectors (k, d): of the names' texts, in the space of the
+    features."""
 
     points: NDArray[np.float32]
     labels: Ints
@@ -39,6 +41,7 @@ class LabelledCloud:
     owner: Ints | None = None
     ids: tuple[int, ...] = ()
     kinds: Ints | None = None
+    called: tuple[str, ...] = ()
     frames: Ints | None = None
     room: NDArray[np.bool_] | None = None
     vectors: NDArray[np.float32] | None = None
@@ -61,6 +64,8 @@ def read_labelled(path: str | Path, names: ClassNames | None = None) -> Labelled
             return _generated(path, arrays) if "vox_pts" in arrays else _plain(path, arrays, names)
         if path.suffix == ".ply":
             return _ply(path, names)
+        if path.name.endswith(scannet.ENDING):
+            return _scannet(path, names)
     except CgdbError as error:
         if not error.message.startswith(str(path)):
             error.message = f"{path}: {error.message}"
@@ -68,18 +73,31 @@ def read_labelled(path: str | Path, names: ClassNames | None = None) -> Labelled
     raise FormatError(f"{path}: is no truth that is known", hint="a .npz, a .ply, or the folder of a sequence")
 
 
+def is_cloud(path: Path) -> bool:
+    """Whether a file is a labelled cloud, going by its name."""
+    return path.suffix in (".npz", ".ply") or path.name.endswith(scannet.ENDING)
+
+
 def _folder(path: Path, names: ClassNames | None) -> LabelledCloud:
-    if (path / "objects.npz").is_file():
-        return read_labelled(path / "objects.npz", names)
-    for place in (path / "habitat", path):
-        if (place / "mesh_semantic.ply").is_file():
-            return read_labelled(place / "mesh_semantic.ply", names)
-    found = sorted(path.glob("*_vh_clean_2.labels.ply")) or sorted(path.glob("truth.*"))
-    if len(found) == 1:
-        return read_labelled(found[0], names)
-    raise FormatError(
-        f"{path}: this folder holds no truth", hint="objects.npz, mesh_semantic.ply, *_vh_clean_2.labels.ply or truth.*"
-    )
+    found = truth_in(path)
+    if found is None:
+        raise FormatError(
+            f"{path}: this folder holds no truth",
+            hint="objects.npz, mesh_semantic.ply, *.aggregation.json, *_vh_clean_2.labels.ply or truth.*",
+        )
+    return read_labelled(found, names)
+
+
+def truth_in(folder: Path) -> Path | None:
+    """The labelled cloud that lies in a folder, if there is one and only one."""
+    for name in ("objects.npz", "habitat/mesh_semantic.ply", "mesh_semantic.ply"):
+        if (folder / name).is_file():
+            return folder / name
+    annotated = scannet.aggregation_in(folder)
+    if annotated is not None:
+        return annotated
+    found = sorted(folder.glob(f"*{NYU40_LABELS}")) or sorted(folder.glob("truth.*"))
+    return found[0] if len(found) == 1 else None
 
 
 def arrays_of(path: Path) -> dict[str, NDArray[Any]]:
@@ -160,7 +178,7 @@ def _plain(path: Path, arrays: Mapping[str, NDArray[Any]], given: ClassNames | N
 
 def _ply(path: Path, names: ClassNames | None) -> LabelledCloud:
     mesh = ply.read(path)
-    vertices = np.stack([mesh.vertex[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    vertices = _vertices(mesh)
     columns, points = mesh.vertex, vertices
     label, instance = _column(columns, _LABELS), _column(columns, _INSTANCES)
     if label is None and instance is None and mesh.corners is not None:
@@ -176,14 +194,32 @@ def _ply(path: Path, names: ClassNames | None) -> LabelledCloud:
     beside = path.with_name("info_semantic.json")
     if names is None and beside.is_file():
         names = read(beside)
-    if names is None and path.name.endswith("_vh_clean_2.labels.ply"):
-        names = ClassNames(classes=dict(enumerate(NYU40, start=1)))
+    if names is None and path.name.endswith(NYU40_LABELS):
+        names = NYU40_NAMES
     return _labelled(
         points_of(points),
         None if label is None else _whole(label, "the label", len(points)),
         None if instance is None else _whole(instance, "the instance", len(points)),
         names,
     )
+
+
+def _scannet(path: Path, names: ClassNames | None) -> LabelledCloud:
+    """An annotated scan. Classes are those of its labels, NYU40 unless named otherwise, or else what people wrote."""
+    scan = scannet.read(path)
+    points, label = points_of(_vertices(scan.mesh)), _column(scan.mesh.vertex, _LABELS)
+    labels = None if label is None else _whole(label, "the label", len(points))
+    if labels is None:
+        words = sorted(set(scan.called.values()))
+        kinds = {known: words.index(word) for known, word in scan.called.items()}
+        names = ClassNames(classes=dict(enumerate(words)), objects=kinds)
+    found = _labelled(points, labels, scan.instances, names or NYU40_NAMES)
+    return replace(found, called=tuple(scan.called[known] for known in found.ids))
+
+
+def _vertices(mesh: ply.Ply) -> NDArray[np.float64]:
+    """(n, 3) m."""
+    return np.stack([mesh.vertex[axis].astype(np.float64) for axis in "xyz"], axis=1)
 
 
 def _column(columns: Mapping[str, NDArray[Any]], known: Sequence[str]) -> NDArray[Any] | None:

@@ -30,10 +30,15 @@ class ClassNames:
     objects: Mapping[int, int] = field(default_factory=dict)
 
 
+NYU40_NAMES = ClassNames(classes=dict(enumerate(NYU40, start=1)))
+NYU40_LABELS = "_vh_clean_2.labels.ply"
+"""How ScanNet's files with such labels end."""
+
+
 def class_names(given: str) -> ClassNames:
     """The names of "nyu40", or of a file: see `read`."""
     if given.casefold() == "nyu40":
-        return ClassNames(classes=dict(enumerate(NYU40, start=1)))
+        return NYU40_NAMES
     return read(Path(given))
 
 
