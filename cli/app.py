@@ -90,8 +90,10 @@ def _with_shell(arguments: Sequence[str], commands: Container[str]) -> list[str]
 
 
 def _say(text: str) -> None:
+    from cgdb.cli.render import clean_lines  # which the help can do without
+
     # A terminal obeys control characters; names in an error may come from a stranger's map.
-    shown = "".join(c if c in "\n\t" or c.isprintable() else "\ufffd" for c in text)
+    shown = clean_lines(text)
     sys.stderr.write(
         shown.encode(sys.stderr.encoding or "utf-8", "replace").decode(sys.stderr.encoding or "utf-8") + "\n"
     )

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import cgdb
 from cgdb.asking.answer import first_node
 from cgdb.cli import asking, render, values
 from cgdb.errors import UsageError
@@ -30,9 +29,7 @@ def ask(options: Namespace) -> int:
     if not question and options.image is None:
         raise UsageError("there is no question", hint='cgdb ask STORE "Something to sit on"')
     model = chosen(options)
-    encoders = values.encoders(options.encoder)
-    with cgdb.open(options.store, space_encoders=encoders) as db:
-        values.check_spaces(db, encoders)
+    with values.opened(options.store, values.encoders(options.encoder)) as db:
         answer = db.ask(
             question or "", model=model, image=options.image, rerank=_reranker(options), scenes=options.scene or ()
         )

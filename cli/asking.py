@@ -26,9 +26,7 @@ def query(options: Namespace) -> int:
     if options.timeout is not None and not options.timeout > 0:
         raise UsageError(f"--timeout takes seconds above 0, not {options.timeout:g}")
     limits = cgdb.Limits(seconds=options.timeout)
-    encoders = values.encoders(options.encoder)
-    with cgdb.open(options.store, space_encoders=encoders) as db:
-        values.check_spaces(db, encoders)
+    with values.opened(options.store, values.encoders(options.encoder)) as db:
         try:
             if options.rerank:
                 from cgdb.model.rerank import named
@@ -51,9 +49,7 @@ def search(options: Namespace) -> int:
     what: Any = options.what
     if what.startswith("@"):
         what = cgdb.Vector(values=values.vector(Path(what[1:])), space=options.space)
-    encoders = values.encoders(options.encoder)
-    with cgdb.open(options.store, space_encoders=encoders) as db:
-        values.check_spaces(db, encoders)
+    with values.opened(options.store, values.encoders(options.encoder)) as db:
         hits = db.search(
             what,
             space=options.space,
@@ -76,7 +72,7 @@ def search(options: Namespace) -> int:
 def warn(lines: tuple[str, ...]) -> None:
     """Say on stderr what evidence was left out."""
     for line in lines:
-        sys.stderr.write(f"note: {render.clean(line)}\n")
+        render.say(f"note: {line}")
 
 
 def show(result: Result, form: str, *, why: bool = False, everything: bool = False) -> None:

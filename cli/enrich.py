@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import cgdb
 from cgdb.cli import ask, render
+from cgdb.cli.progress import progress_bar
 from cgdb.errors import CgdbError
 
 if TYPE_CHECKING:
@@ -110,13 +110,13 @@ def _done(work: _Work, estimate: Any, told: str, what: str, options: Namespace, 
     """Say what it will take; unless it is a dry run, ask, write, and say what was done."""
     if not options.quiet or options.dry_run:
         told += f"; {estimate.calls:,} calls, about {estimate.prompt_tokens:,} + {estimate.completion_tokens:,} tokens"
-        _say(told + ("" if estimate.cost is None else f", about {estimate.cost:.2f} at the configured prices"))
+        render.say(told + ("" if estimate.cost is None else f", about {estimate.cost:.2f} at the configured prices"))
     counts: Mapping[str, int] = outcome()
     if not options.dry_run:
         _run(work, what, options)
         counts = outcome()
         if not options.quiet:
-            _say(_summary(work, counts, what))
+            render.say(_summary(work, counts, what))
     if options.json:
         record = {
             **{f"estimated_{key}" if key in _GUESSED else key: value for key, value in asdict(estimate).items()},
@@ -133,17 +133,15 @@ _GUESSED = frozenset({"calls", "prompt_tokens", "completion_tokens", "cost"})
 
 
 def _run(work: _Work, what: str, options: Namespace) -> None:
-    from cgdb.cli.importing import _progress
-
     done = 0
     try:
-        with _progress(options.quiet) as progress:
+        with progress_bar(options.quiet) as progress:
             task = progress.add_task("asking the model", total=None)
             for done, total in work.run():
                 progress.update(task, completed=done, total=total)
     except (CgdbError, KeyboardInterrupt):
         if done:
-            _say(f"note: what was said of {done:,} {what} is kept; the same command goes on from there")
+            render.say(f"note: what was said of {done:,} {what} is kept; the same command goes on from there")
         raise
 
 
@@ -156,7 +154,3 @@ def _summary(work: _Work, counts: Mapping[str, int], what: str) -> str:
         f"{usage.prompt_tokens:,} + {usage.completion_tokens:,} tokens, {usage.seconds:.1f} s"
         + (f"; {work.unanswered:,} {what} were not answered" if work.unanswered else "")
     )
-
-
-def _say(text: str) -> None:
-    sys.stderr.write(text + "\n")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import ask, render, values
+from cgdb.cli.render import say
 from cgdb.errors import UsageError, did_you_mean, one_of
 from cgdb.evaluation.judged import JudgedQuery, chosen, judgements
 
@@ -29,7 +29,7 @@ def retrieval(options: Namespace) -> int:
     from cgdb.evaluation.answers_kept import kept
     from cgdb.evaluation.retrieval import WAYS, Helpers, scores
 
-    ways = [way.strip() for way in options.ways.split(",") if way.strip()]
+    ways = values.listed(options.ways)
     for way in ways:
         if way not in WAYS:
             raise UsageError(f"there is no way '{way[:40]}'", hint=did_you_mean(way, WAYS) or f"one of {one_of(WAYS)}")
@@ -45,7 +45,7 @@ def retrieval(options: Namespace) -> int:
     found: dict[str, Results] = {}
     with kept(Path(options.save), resume=options.resume) as saved:
         for number, (name, path, queries) in enumerate(maps, start=1):
-            _say(f"{number}/{len(maps)} {name}: {len(queries)} queries", options)
+            say(f"{number}/{len(maps)} {name}: {len(queries)} queries", options.quiet)
             found[name] = _one_map(path, name, queries, ways, helpers, saved, options)
     every: Results = {way: [pair for results in found.values() for pair in results[way]] for way in ways}
     _tell_failures(every)
@@ -65,7 +65,7 @@ def retrieval(options: Namespace) -> int:
         if len(parts) > 1:
             render.console().print(f"\n{render.clean(name)}", markup=False, style="bold")
         _print([line for way in ways for line in scores(way, results[way])])
-    _say(f"every answer is in {options.save}", options)
+    say(f"every answer is in {options.save}", options.quiet)
     return 0
 
 
@@ -74,9 +74,7 @@ def _tell_failures(results: Results) -> None:
     for way, pairs in results.items():
         errors = [outcome.error for _, outcome in pairs if outcome.error is not None]
         if errors:
-            sys.stderr.write(
-                f"note: {way}: {len(errors)} of {len(pairs)} queries failed; the first: {render.clean(errors[0])}\n"
-            )
+            say(f"note: {way}: {len(errors)} of {len(pairs)} queries failed; the first: {errors[0]}")
 
 
 def _one_map(
@@ -156,8 +154,3 @@ def _whole(table: Sequence[Scores], way: str) -> Sequence[Scores]:
 
 def _shown(share: Share) -> str:
     return f"{share.mean:.2f}" if share.n else "-"
-
-
-def _say(text: str, options: Namespace) -> None:
-    if not options.quiet:
-        sys.stderr.write(render.clean(text) + "\n")

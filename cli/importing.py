@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import sys
 import time
 from argparse import Namespace
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import render
+from cgdb.cli.progress import progress_bar
 from cgdb.errors import CgdbError, EncoderError, FormatError, MissingExtraError, SceneError, UsageError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def import_maps(options: Namespace) -> int:
     fresh = not Path(options.into).exists()
     failed: CgdbError | None = None
     try:
-        with cgdb.open(options.into, create=True) as db, _progress(options.quiet) as progress:
+        with cgdb.open(options.into, create=True) as db, progress_bar(options.quiet) as progress:
             for path in options.maps:
                 try:
                     _import_one(db, path, options, progress)
@@ -145,7 +145,7 @@ def _write_batch(writer: Any, objects: tuple[SceneObject, ...], relations: tuple
 
 def encode(options: Namespace) -> int:
     """Give texts their vectors."""
-    with cgdb.open(options.store) as db, _progress(options.quiet) as progress:
+    with cgdb.open(options.store) as db, progress_bar(options.quiet) as progress:
         _encode(db, options.scene, progress)
     return 0
 
@@ -158,18 +158,3 @@ def _encode(db: cgdb.Database, scene: str | None, progress: Progress) -> None:
         progress.update(task, completed=done)
     if task is not None:
         progress.remove_task(task)
-
-
-def _progress(quiet: bool) -> Progress:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    return Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        console=render.console(stderr=True),
-        transient=True,
-        disable=quiet or not sys.stderr.isatty(),
-    )

@@ -16,7 +16,7 @@ import numpy as np
 
 import cgdb
 from cgdb.cli import render
-from cgdb.cli.importing import _progress
+from cgdb.cli.progress import progress_bar
 from cgdb.errors import FormatError
 from cgdb.scene import SceneGraph
 
@@ -71,7 +71,7 @@ class Run:
         start = self.done[self.key].next
         chosen = range(len(recording.shots))[start : options.end : options.stride]
         began, mapped = time.perf_counter(), 0
-        with _progress(options.quiet) as progress, asked_to_stop() as stop:
+        with progress_bar(options.quiet) as progress, asked_to_stop() as stop:
             if not options.quiet:
                 head = f"{options.sequence} ({recording.layout}): {len(chosen)} frames; {self.detector.name}"
                 for line in (head, *self.notes):

@@ -31,17 +31,16 @@ def plot(options: Namespace) -> int:
         labels=_labels(options.labels),
         size=None if options.size is None else picture.parse_size(options.size),
     )
-    encoders = values.encoders(options.encoder)
-    with cgdb.open(options.store, space_encoders=encoders) as db:
-        values.check_spaces(db, encoders)
+    with values.opened(options.store, values.encoders(options.encoder)) as db:
         result = None
         if asked is not None:
             text = sys.stdin.read() if asked == "-" else asked
             result = db.query(text, values.parameters(options.parameters))
             warn(result.warnings)
-        relations = tuple(label.strip() for label in (options.relations or "").split(",") if label.strip())
-        drawn = draw(db, result, options.output, scene=options.scene, sheet=sheet, relations=relations)
-    sys.stderr.write(f"{render.clean(drawn)}\n")
+        drawn = draw(
+            db, result, options.output, scene=options.scene, sheet=sheet, relations=values.listed(options.relations)
+        )
+    render.say(drawn)
     render.write(options.output)
     return 0
 

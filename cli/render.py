@@ -33,10 +33,16 @@ def console(*, stderr: bool = False) -> Console:
 def write(text: str) -> None:
     """Data to stdout, in UTF-8 whatever the locale says; a terminal gets no control characters."""
     if sys.stdout.isatty():
-        text = "".join(c if c.isprintable() or c in "\n\t" else "\ufffd" for c in text)
+        text = clean_lines(text)
     sys.stdout.buffer.write(text.encode("utf-8", "replace"))
     sys.stdout.buffer.write(b"\n")
     sys.stdout.flush()
+
+
+def say(text: str, quiet: bool = False) -> None:
+    """A line for people, on stderr, unless nothing is to be said."""
+    if not quiet:
+        sys.stderr.write(clean(text) + "\n")
 
 
 def clean(value: object) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 import cgdb
 from cgdb.cli import render
+from cgdb.cli.asking import warn
 from cgdb.cli.plot import only_scene
 from cgdb.errors import UsageError
 
@@ -132,7 +133,7 @@ def export(options: Namespace) -> int:
     from cgdb.export import WITH_VIEWS, document, format_of
 
     with cgdb.open(options.store, text_encoder=None) as db:
-        names = [scene.name for scene in db.scenes(_moment(options.as_of))]
+        names = [scene.name for scene in db.scenes(options.as_of)]
         name = options.scene or only_scene(names)
         form = options.format or ("cgdb" if options.output == "-" else format_of(Path(options.output)))
         chosen = {
@@ -141,9 +142,7 @@ def export(options: Namespace) -> int:
             if (value := getattr(options, option)) is not None and value is not False
         }
         if options.output == "-":
-            scene = db.scene(
-                name, as_of=_moment(options.as_of), views=form in WITH_VIEWS, skip_damaged=options.skip_damaged
-            )
+            scene = db.scene(name, as_of=options.as_of, views=form in WITH_VIEWS, skip_damaged=options.skip_damaged)
             written = document(scene, form, **chosen)
             if written.data is None:
                 text = "".join(written.pieces).rstrip("\n")
@@ -163,19 +162,14 @@ def export(options: Namespace) -> int:
                 name,
                 options.output,
                 form,
-                as_of=_moment(options.as_of),
+                as_of=options.as_of,
                 skip_damaged=options.skip_damaged,
                 **chosen,
             )
             notes = exported.notes
             sys.stderr.write(f"wrote {options.output}\n")
-    for note in notes:
-        sys.stderr.write(f"note: {render.clean(note)}\n")
+    warn(notes)
     return 0
-
-
-def _moment(text: str | None) -> int | str | None:
-    return int(text) if text is not None and text.isdecimal() and len(text) < 19 else text
 
 
 def remove(options: Namespace) -> int:

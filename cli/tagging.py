@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import cgdb
 from cgdb.cli import render, values
+from cgdb.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from cgdb.enrich.tags import SceneTags
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 def tag(options: Namespace) -> int:
     """Tag the objects of a store, or say what would be tagged."""
     encoders = values.encoders(options.encoder)
-    with cgdb.open(options.store, space_encoders=encoders) as db:
-        values.check_spaces(db, encoders)
+    with values.opened(options.store, encoders) as db:
         done = tag_scenes(
             db,
             options.vocabulary,
@@ -37,7 +36,7 @@ def tag(options: Namespace) -> int:
         render.write(json.dumps([asdict(scene) for scene in done], indent=2))
     elif not options.quiet or options.dry_run:
         for scene in done:
-            sys.stderr.write(render.clean(told(scene, dry=options.dry_run)) + "\n")
+            render.say(told(scene, dry=options.dry_run))
     return 0
 
 
@@ -54,11 +53,10 @@ def tag_scenes(
     quiet: bool = False,
 ) -> tuple[SceneTags, ...]:
     """What was done with each scene, with progress on stderr."""
-    from cgdb.cli.importing import _progress
     from cgdb.enrich.tags import Tagging
 
     work = Tagging(db, vocabulary, scenes=scenes, space=space, top=top, replace=replace, encoders=encoders)
-    with _progress(quiet) as progress:
+    with progress_bar(quiet) as progress:
         task = progress.add_task("opening the vocabulary", total=None)
         for step in work.run(write=write):
             progress.update(task, description=step.what, completed=step.done, total=step.total)

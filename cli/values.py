@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import cgdb
 from cgdb.errors import UsageError, did_you_mean, one_of
 
 if TYPE_CHECKING:
@@ -37,13 +39,22 @@ def encoders(given: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def check_spaces(db: Database, given: Mapping[str, Any]) -> None:
-    """UsageError where an encoder is given for a feature space that no scene has: it would never be used."""
-    known = {space.name for info in db.scenes() for space in info.spaces}
-    for space in given:
-        if space not in known:
-            hint = did_you_mean(space, known) or (f"there are {one_of(sorted(known))}" if known else None)
-            raise UsageError(f"--encoder {space}=...: no scene has a feature space '{space}'", hint=hint)
+@contextmanager
+def opened(store: str, given: Mapping[str, Any]) -> Iterator[Database]:
+    """A store, with the encoders that are given. UsageError for one of a feature space that no scene has: it would
+    never be used."""
+    with cgdb.open(store, space_encoders=given) as db:
+        known = {space.name for info in db.scenes() for space in info.spaces}
+        for space in given:
+            if space not in known:
+                hint = did_you_mean(space, known) or (f"there are {one_of(sorted(known))}" if known else None)
+                raise UsageError(f"--encoder {space}=...: no scene has a feature space '{space}'", hint=hint)
+        yield db
+
+
+def listed(text: str | None) -> tuple[str, ...]:
+    """The words of a list with commas."""
+    return tuple(word.strip() for word in (text or "").split(",") if word.strip())
 
 
 def parameter(text: str) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import Namespace
 from hashlib import sha256
 from pathlib import Path
@@ -30,7 +29,7 @@ def views(options: Namespace) -> int:
             object_id = canonical_id(text.removeprefix("#") or text)
             seen = db.views(object_id, scene=options.scene, as_of=options.as_of)
             if not seen:
-                sys.stderr.write(f"note: #{render.clean(object_id)} has no views; `cgdb map` keeps them\n")
+                render.say(f"note: #{object_id} has no views; `cgdb map` keeps them")
             found += [(object_id, rank, view) for rank, view in enumerate(seen[: options.k], start=1)]
     if options.into is not None:
         return _write(found, Path(options.into))
@@ -63,7 +62,7 @@ def _write(found: list[tuple[ObjectId, int, View]], folder: Path) -> int:
             written += 1
     without = len(found) - written
     note = f"; views without one: {without}" if without else ""
-    sys.stderr.write(f"wrote {written} pictures to {render.clean(folder)}{note}\n")
+    render.say(f"wrote {written} pictures to {folder}{note}")
     return 0
 
 
