@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from cgdb.errors import FormatError
-from cgdb.ingest.evaluation.box_overlap import box_iou
+from cgdb.ingest.evaluation.box_overlap import overlaps
 from cgdb.ingest.evaluation.labelled import LabelledCloud
 from cgdb.ingest.evaluation.mapping import Truth, evaluate, truth_of
 from cgdb.ingest.relations.boxes import Boxes
@@ -117,6 +120,14 @@ def test_walls_are_told_by_their_names() -> None:
         truth_of(LabelledCloud(points=cloud.points, labels=cloud.labels, names=cloud.names), "x.npz")
 
 
+def box_iou(boxes: Boxes, others: Boxes, up: str) -> NDArray[np.float64]:
+    """Of each with each."""
+    found = overlaps(boxes, others, up)
+    table = np.zeros((len(boxes.centers), len(others.centers)))
+    table[found.first, found.second] = found.iou
+    return table
+
+
 def test_overlap_of_boxes_by_hand() -> None:
     def boxes(*rows: tuple[tuple[float, ...], tuple[float, ...]], turned: float = 0.0) -> Boxes:
         c, s = np.cos(turned), np.sin(turned)
@@ -137,3 +148,35 @@ def test_overlap_of_boxes_by_hand() -> None:
     np.testing.assert_allclose(box_iou(one, eighth, "z"), [[common * 2 / (16 - common * 2)]], rtol=1e-6)
     point = Boxes(centers=np.zeros((1, 3)), extents=np.full((1, 3), np.nan))
     assert box_iou(one, point, "z").tolist() == [[0.0]]
+
+
+def test_overlap_of_tilted_boxes_is_that_of_the_same_two_set_upright() -> None:
+    rng = np.random.default_rng(3)
+    n = 60
+    angle = rng.uniform(0, 2 * np.pi, n)
+    turns = np.zeros((n, 3, 3))
+    turns[:, 0, 0] = turns[:, 1, 1] = np.cos(angle)
+    turns[:, 1, 0], turns[:, 0, 1], turns[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
+    centers, extents = rng.uniform(0, 3, (n, 3)), rng.uniform(0.0, 1.5, (n, 3))
+    tilt = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    upright = Boxes(centers=centers, extents=extents, rotations=turns)
+    tilted = Boxes(centers=centers @ tilt.T, extents=extents, rotations=tilt @ turns)
+    expected = box_iou(upright, upright, "z")
+    assert (expected > 0).sum() > 3 * n
+    np.testing.assert_allclose(np.diagonal(expected), 1.0)
+    np.testing.assert_allclose(box_iou(tilted, tilted, "-y"), expected, atol=1e-6)
+
+
+def test_many_boxes_are_compared_where_they_meet_only() -> None:
+    n = 3000
+    place = np.stack([np.arange(n) % 60, np.arange(n) // 60, np.zeros(n)], axis=1).astype(float)
+    boxes = Boxes(centers=place, extents=np.ones((n, 3)))
+    shifted = Boxes(centers=place + np.array([0.5, 0.0, 0.0]), extents=np.ones((n, 3)))
+    tracemalloc.start()
+    found = overlaps(boxes, shifted, "z")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # Each half covers the one at its place and, but in the last column, the next one: 1 / 3 of what both fill.
+    assert len(found.iou) == 2 * n - n // 60
+    np.testing.assert_allclose(found.iou, 1 / 3)
+    assert peak < n * n * 4

@@ -21,6 +21,7 @@ from cgdb.ingest.mapping.similarity import box_similarity
 from cgdb.ingest.mapping.tidy import look_the_same
 from cgdb.ingest.mapping.variants import PRESETS, varied
 from cgdb.ingest.mapping.voxels import Voxels
+from cgdb.ingest.relations import polyhedra
 from tests.mapping_rooms import ROOM, room_frame
 
 Floats = NDArray[np.float64]
@@ -92,7 +93,7 @@ def test_volumes_of_many_pairs_are_those_of_samples() -> None:
     turns[np.linalg.det(turns) < 0, :, 2] *= -1
     centers, extents = rng.normal(size=(2, m, 3)) * 0.3, rng.uniform(0.05, 1.5, (2, m, 3))
     one, two = ((centers[i], extents[i], turns[i]) for i in range(2))
-    found = oriented.intersection(one, two)
+    found = polyhedra.intersection(one, two)
     for k in range(m):
         inside = rng.uniform(-0.5, 0.5, (n, 3)) * extents[0, k] @ turns[0, k].T + centers[0, k]
         share = (np.abs((inside - centers[1, k]) @ turns[1, k]) <= extents[1, k] / 2).all(axis=1).mean()

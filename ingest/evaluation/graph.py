@@ -12,12 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cgdb.errors import UsageError
 from cgdb.ingest.evaluation.annotated import AnnotatedScene
-from cgdb.ingest.evaluation.box_overlap import box_iou
+from cgdb.ingest.evaluation.box_overlap import overlaps
 from cgdb.ingest.mapping.upright import upright_box
 from cgdb.ingest.relations.relate import boxes_of
 from cgdb.meaning.vocabulary import fold
@@ -194,21 +191,24 @@ def match(
     others = [obj for obj in objects if obj.center is not None]
     if not some or not others:
         return {}
-    iou = box_iou(boxes_of(some), boxes_of(others), up)
-    rank: NDArray[np.float64] = np.where(iou >= least_iou, iou, -1.0)
-    rows, columns = np.nonzero(rank > 0)
-    for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-        rank[row, column] += is_called(some[row], _names(others[column]))
+    met = overlaps(boxes_of(some), boxes_of(others), up)
+    ranked = [
+        (iou + is_called(some[row], _names(others[column])), row, column)
+        for row, column, iou in zip(met.first.tolist(), met.second.tolist(), met.iou.tolist(), strict=True)
+        if iou >= least_iou
+    ]
+    ranked.sort(key=lambda one: -one[0])
     first: dict[int, int] = {}
     taken: set[int] = set()
-    for place in np.argsort(-rank[rows, columns], kind="stable").tolist():
-        row, column = int(rows[place]), int(columns[place])
+    for _, row, column in ranked:
         if row not in first and column not in taken:
             first[row] = column
             taken.add(column)
     # What is left over is the same thing once more.
-    shown = {int(row): first.get(int(row), int(rank[row].argmax())) for row in np.unique(rows)}
-    return {some[row].id: (others[column].id, row in first) for row, column in shown.items()}
+    best: dict[int, int] = {}
+    for _, row, column in ranked:
+        best.setdefault(row, column)
+    return {some[row].id: (others[first.get(row, column)].id, row in first) for row, column in sorted(best.items())}
 
 
 def _boxed(obj: SceneObject, up: str) -> SceneObject:

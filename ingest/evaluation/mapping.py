@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import FormatError
-from cgdb.ingest.evaluation.box_overlap import box_iou
+from cgdb.ingest.evaluation.box_overlap import overlaps
 from cgdb.ingest.evaluation.labelled import LabelledCloud, read_labelled
 from cgdb.ingest.evaluation.nearest import nearest
 from cgdb.ingest.mapping.upright import upright_box
@@ -219,7 +219,7 @@ def _box_iou(obj: SceneObject, surface: NDArray[np.float32], up: str) -> float |
         if obj.points is None or not len(obj.points):
             return None
         obj = boxed(obj.points)
-    return float(box_iou(boxes_of([obj]), boxes_of([boxed(surface)]), up)[0, 0])
+    return float(overlaps(boxes_of([obj]), boxes_of([boxed(surface)]), up).iou.sum())
 
 
 def _mean(values: Sequence[float | None], empty: Any = 0.0) -> Any:
