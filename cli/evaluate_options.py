@@ -49,7 +49,7 @@ def _mapping(evaluations: Any) -> None:
     mapping = command(
         evaluations,
         "mapping",
-        "evaluate_maps:mapping",
+        "evaluate_mapping:mapping",
         "score the objects of maps against the true ones: found, missed, duplicated, pure, complete",
         "cgdb eval mapping house.cgdb --truth recordings/office\n\n" + CLOUDS,
     )
@@ -69,7 +69,7 @@ def _semseg(evaluations: Any) -> None:
     semseg = command(
         evaluations,
         "semseg",
-        "evaluate_maps:semseg",
+        "evaluate_semseg:semseg",
         "score the classes of points, mAcc and F-mIoU, as the paper's Table II",
         "cgdb eval semseg replica.cgdb --truth room0=room0.npz office0=office0.npz\n\n" + CLOUDS,
     )

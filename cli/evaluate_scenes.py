@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,9 @@ import cgdb
 from cgdb.cli import render
 from cgdb.errors import UsageError, did_you_mean, one_of
 from cgdb.scene import SceneGraph
+
+NODES_AND_EDGES = ("scene", "nodes", "node p.", "valid", "dupl.", "edges", "edge p.")
+"""Columns of every table of scene graphs; p.: precision."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,9 +152,3 @@ def _figure(text: str) -> bool:
 def write_json(value: Any) -> None:
     """The figures for a machine."""
     render.write(json.dumps(value, ensure_ascii=False, indent=2))
-
-
-def say(text: str, quiet: bool) -> None:
-    """A note, unless none is wanted."""
-    if not quiet:
-        sys.stderr.write(render.clean(text) + "\n")

@@ -57,6 +57,17 @@ def listed(text: str | None) -> tuple[str, ...]:
     return tuple(word.strip() for word in (text or "").split(",") if word.strip())
 
 
+def renamed(given: Sequence[str]) -> dict[str, str]:
+    """{label: the one that it is taken for} of ``LABEL=OTHER`` words."""
+    found = {}
+    for word in given:
+        label, equals, other = word.partition("=")
+        if not equals or not label.strip() or not other.strip():
+            raise UsageError(f"--same takes LABEL=OTHER, not '{word[:40]}'")
+        found[label] = other
+    return found
+
+
 def parameter(text: str) -> Any:
     """One value as a person types it."""
     if text.startswith("@"):

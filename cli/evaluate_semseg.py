@@ -1,13 +1,15 @@
-"""``cgdb eval mapping`` and ``cgdb eval semseg``: maps with clouds against labelled clouds."""
+"""``cgdb eval semseg``: the classes of a map's points against labelled clouds, as the paper's Table II."""
 
 from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from cgdb.cli.evaluate_scenes import Chosen, chosen, line, mean, paired, percent, say, share, table, write_json
+from cgdb.cli import render
+from cgdb.cli.evaluate_clouds import is_length, note_apart, truth_cloud
+from cgdb.cli.evaluate_scenes import Chosen, chosen, line, mean, paired, percent, table, write_json
 from cgdb.errors import CgdbError, FormatError, UsageError, did_you_mean, one_of
 
 if TYPE_CHECKING:
@@ -15,119 +17,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from cgdb.ingest.evaluation.labelled import LabelledCloud
-    from cgdb.ingest.evaluation.mapping import Score
     from cgdb.ingest.evaluation.semseg import Confusion, SegmentationScore
     from cgdb.meaning.embed import Encoder
     from cgdb.scene import SceneGraph
-
-_MEANS = ("purity", "worst_purity", "completeness", "completeness_fine", "box_iou", "association", "labels")
-
-
-def mapping(options: Namespace) -> int:
-    """Score the objects of each scene against the true ones."""
-    from cgdb.ingest.evaluation.mapping import evaluate, truth_of
-
-    if options.seen < 0 or not (_metres(options.reach) and _metres(options.near)):
-        raise UsageError("--reach and --near are metres above 0, --seen at least 0")
-    scores: list[tuple[str, Score]] = []
-    for one, path in paired(chosen(options.stores, options.scene), options.truth):
-        cloud = _truth(path, options)
-        truth = truth_of(cloud, path)
-        scene = _with_clouds(one)
-        _note_apart(one, scene, cloud, options)
-        scores.append(
-            (one.name, evaluate(scene, truth, least_seen=options.seen, reach=options.reach, near=options.near))
-        )
-        say(f"{one.name}: {len(truth.points):,} true points, {scores[-1][1].points:,} mapped", options.quiet)
-    if options.json:
-        write_json(
-            {"scenes": [{"scene": name, **one.to_json()} for name, one in scores], "mean": _mapping_mean(scores)}
-        )
-        return 0
-    rows = [_mapping_row(name, _figures(one)) for name, one in scores]
-    if len(scores) > 1:
-        rows.append(_mapping_row("mean", _mapping_mean(scores)))
-    columns = ("scene", "found", "missed", "dupl.", "purity", "compl.", "assoc.", "IoU", "labels")
-    table("Objects (compl.: of the true surface, within reach of a mapped point)", columns, rows)
-    for name, scored in scores:
-        _per_object(name, scored, options.objects)
-    return 0
-
-
-def _metres(length: float) -> bool:
-    """Whether it is one that points can lie apart; NaN is none."""
-    return 1e-6 <= length <= 1e6
-
-
-def _figures(one: Score) -> dict[str, Any]:
-    """The figures of a score, without its objects."""
-    record = one.to_json()
-    return {key: value for key, value in record.items() if key not in ("objects", "strangers")}
-
-
-def _mapping_mean(scores: Sequence[tuple[str, Score]]) -> dict[str, Any]:
-    """Counts are summed, shares are means over scenes."""
-    records = [_figures(one) for _, one in scores]
-    return {
-        key: mean([record[key] for record in records]) if key in _MEANS else sum(record[key] for record in records)
-        for key in records[0]
-    }
-
-
-def _mapping_row(name: str, record: dict[str, Any]) -> list[str]:
-    return [
-        name[:17],
-        f"{record['found']}/{record['true']}",
-        str(record["missed"]),
-        str(record["duplicates"]),
-        share(record["purity"]),
-        "-" if record["completeness"] is None else f"{record['completeness']:.3f}",
-        share(record["association"]),
-        share(record["box_iou"]),
-        share(record["labels"]),
-    ]
-
-
-def _per_object(name: str, one: Score, every: bool) -> None:
-    """The objects that something is wrong with, or all."""
-    rows = []
-    for obj in one.objects:
-        wrong = "missed" if not obj.shown_by else "duplicated" if len(obj.shown_by) > 1 else ""
-        if obj.named is False:
-            wrong = ", ".join(filter(None, (wrong, "misnamed")))
-        if wrong or every:
-            rows.append(
-                [
-                    f"{obj.id} {obj.name}".strip()[:22],
-                    str(obj.frames),
-                    wrong or "found",
-                    " ".join(f"#{known}" for known in obj.shown_by)[:22],
-                    (obj.tag or "")[:16],
-                    share(obj.purity),
-                    share(obj.completeness),
-                    share(obj.box_iou),
-                ]
-            )
-    if rows:
-        columns = ("true object", "seen", "", "mapped as", "tag", "pure", "compl.", "IoU")
-        table(f"\n{name}: {'its objects' if every else 'what is not as it should be'}", columns, rows)
-    if one.strangers:
-        shown = " ".join(f"#{known}" for known in one.strangers[:12])
-        more = f" and {len(one.strangers) - 12} more" if len(one.strangers) > 12 else ""
-        line(f"{name}: {len(one.strangers)} mapped objects show no thing: {shown}{more}")
 
 
 def semseg(options: Namespace) -> int:
     """Score the classes of points, as the paper's Table II."""
     from cgdb.ingest.evaluation.semseg import score, summed
 
-    if options.within is not None and not _metres(options.within):
+    if options.within is not None and not is_length(options.within):
         raise UsageError("--within is metres above 0")
     if "{c}" not in options.template:
         raise UsageError("--template must hold {c}, where the class goes", hint="'an image of {c}'")
     parts: list[tuple[str, Confusion]] = []
     for one, path in paired(chosen(options.stores, options.scene), options.truth):
-        parts.append((one.name, _segmented(one, _truth(path, options), path, options)))
+        parts.append((one.name, _segmented(one, truth_cloud(path, options), path, options)))
     scores = [(name, score(part)) for name, part in parts]
     if len(parts) > 1:
         scores.append(("all", score(summed([part for _, part in parts]))))
@@ -153,7 +58,7 @@ def _segmented(one: Chosen, truth: LabelledCloud, path: str, options: Namespace)
             f"{path}: says the class of no point", hint="labels and names in the .npz; --names for a .ply"
         )
     scene = one.read(features=options.by == "feature")
-    _note_apart(one, scene, truth, options)
+    note_apart(one, scene, truth, options)
     scored = ~protocol.left_out(options.exclude, truth.names)
     present = np.bincount(truth.labels[truth.labels >= 0], minlength=len(truth.names)) > 0
     allowed = scored & present if options.classes == "scene" else scored
@@ -169,7 +74,7 @@ def _segmented(one: Chosen, truth: LabelledCloud, path: str, options: Namespace)
         classes = protocol.classes_by_feature(objects, space, vectors, allowed)
     classes = np.where(settled >= 0, settled, classes)
     without = int((classes < 0).sum())
-    say(
+    render.say(
         f"{one.name}: {len(objects)} objects, {int(allowed.sum())} classes"
         + (
             f"; {without} objects have no {'feature' if options.by == 'feature' else 'tag of a class'}"
@@ -278,50 +183,3 @@ def _semseg_json(scores: Sequence[tuple[str, SegmentationScore]]) -> None:
             "mean": {"mAcc": mean([s.macc for s in single]), "F-mIoU": mean([s.fmiou for s in single])},
         }
     )
-
-
-def _with_clouds(one: Chosen) -> SceneGraph:
-    scene = one.read()
-    if scene.objects and all(obj.points is None for obj in scene.objects):
-        raise UsageError(
-            f"{one.name}: no object of the scene has points",
-            hint="cgdb map makes maps with clouds; eval graph needs none",
-        )
-    return scene
-
-
-def _note_apart(one: Chosen, scene: SceneGraph, truth: LabelledCloud, options: Namespace) -> None:
-    """Say so where map and truth have no place in common: every figure is then about their frames, not the map."""
-    clouds = [obj.points for obj in scene.objects if obj.points is not None and len(obj.points)]
-    if not clouds:
-        return
-    below = any(min(float(cloud[:, k].min()) for cloud in clouds) > truth.points[:, k].max() for k in range(3))
-    above = any(max(float(cloud[:, k].max()) for cloud in clouds) < truth.points[:, k].min() for k in range(3))
-    if below or above:
-        say(f"note: {one.name} and its truth lie apart: are both in one frame? --align brings one there", options.quiet)
-
-
-def _truth(path: str, options: Namespace) -> LabelledCloud:
-    from cgdb.ingest.evaluation.labelled import read_labelled
-    from cgdb.ingest.evaluation.names import class_names
-
-    cloud = read_labelled(path, class_names(options.names) if options.names else None)
-    return cloud.moved(_pose(Path(options.align))) if options.align else cloud
-
-
-def _pose(path: Path) -> NDArray[np.float64]:
-    """A 4 x 4 rigid transformation: four rows of four numbers, or the first line's sixteen."""
-    import numpy as np
-
-    try:
-        lines = [line.split() for line in path.read_text("utf-8").splitlines() if line.strip()]
-        rows = lines[:1] if lines and len(lines[0]) == 16 else lines[:4]
-        pose = np.array([[float(number) for number in row] for row in rows]).reshape(4, 4)
-    except OSError as error:
-        raise UsageError(f"--align: {path} cannot be read: {error.strerror or error}") from None
-    except ValueError:
-        raise FormatError(f"{path}: holds no pose", hint="sixteen numbers, in one line or in four") from None
-    rigid = np.isfinite(pose).all() and np.abs(pose[:3, :3] @ pose[:3, :3].T - np.eye(3)).max() < 1e-3
-    if not rigid or np.abs(pose[3] - [0, 0, 0, 1]).max() > 1e-6:
-        raise FormatError(f"{path}: the pose is no rotation and shift")
-    return pose
