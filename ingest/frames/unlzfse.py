@@ -1,17 +1,19 @@
 """Apple's LZFSE, decompressed to a size that is known beforehand.
 
-The decompressor makes as much room as the data asks for, and a thousandfold is easily asked for. The heads of the
-blocks say what each unfolds to; they are walked first.
+The package makes as much room as the data asks for, and a thousandfold is easily asked for. The heads of the blocks say
+what each unfolds to; they are walked first. But heads can lie, so its C function is called with the room there is.
 """
 
 from __future__ import annotations
 
+import ctypes
 import struct
+from types import ModuleType
 
 from cgdb.errors import FormatError, MissingExtraError
 
 BLOCK = 16_384
-"""Bytes. Blocks of real data unfold to more, on average; a block may unfold to some 27 MB whatever its head says."""
+"""Bytes. Blocks of real data unfold to more, on average."""
 
 
 def decompress(data: bytes, size: int, where: str) -> bytes:
@@ -26,12 +28,29 @@ def decompress(data: bytes, size: int, where: str) -> bytes:
     if told != size or blocks > 2 + size // BLOCK:
         raise FormatError(f"{where}: unfolds to {told:,} bytes in {blocks} blocks where {size:,} were expected")
     try:
-        made: bytes = lzfse.decompress(data)
+        made = _unfolded(lzfse, data, size + 1)
     except lzfse.error as error:
         raise FormatError(f"{where}: its compressed data is damaged") from error
     if len(made) != size:
-        raise FormatError(f"{where}: unfolds to {len(made):,} bytes where {size:,} were expected")
+        found = "more" if len(made) > size else f"{len(made):,} bytes"
+        raise FormatError(f"{where}: unfolds to {found} where {size:,} were expected")
     return made
+
+
+def _unfolded(lzfse: ModuleType, data: bytes, most: int) -> bytes:
+    """The first bytes, `most` of them at most; the package's error where the data is damaged."""
+    try:
+        decode = ctypes.CDLL(lzfse.__file__).lzfse_decode_buffer
+    except AttributeError:
+        # A build that keeps its C functions to itself; a block, whatever its head says, unfolds to 27 MB at most.
+        return bytes(lzfse.decompress(data))
+    room = ctypes.create_string_buffer(most)
+    decode.restype = ctypes.c_size_t
+    decode.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_void_p)
+    written = decode(room, most, data, len(data), None)
+    if not written:
+        raise lzfse.error("damaged")
+    return ctypes.string_at(room, written)
 
 
 def announced(data: bytes, where: str) -> tuple[int, int]:
