@@ -17,8 +17,8 @@ import cgdb
 from cgdb.cli import app
 from cgdb.errors import ExportError, MissingExtraError, UsageError
 from cgdb.export import document, export
-from cgdb.export.cloud import EDGES, WALK, box_corners, clean, things
-from cgdb.export.glb import _to_y_up
+from cgdb.export.cloud import box_corners, clean, things
+from cgdb.export.glb import _frame, _to_y_up
 from cgdb.export.rerun import _quaternion
 from cgdb.scene import UP_AXES, Place, Relation, SceneGraph, SceneObject, View
 
@@ -181,10 +181,28 @@ def test_glb_is_gltf_2_with_a_node_for_each_thing() -> None:
     # sRGB 200, 100, 0 in linear light, by the formula of the sRGB standard: 0.5776, 0.1274, 0.
     assert accessor(tree, blob, cloud_mesh["attributes"]["COLOR_0"])[0].tolist() == [147, 32, 0, 255]
     box = tree["meshes"][nodes["7 sofa box"]["mesh"]]["primitives"][0]
-    assert box["mode"] == 1  # LINES
-    lines = accessor(tree, blob, box["attributes"]["POSITION"]).reshape(-1, 2, 3)
-    assert np.linalg.norm(np.ptp(lines, axis=1), axis=1).round(4).min() >= 1.0
-    assert {round(float(x), 4) for x in np.linalg.norm(lines[:, 0] - lines[:, 1], axis=1)} == {1.0, 2.0, 3.0}
+    assert box.get("mode", 4) == 4  # TRIANGLES
+    corners = accessor(tree, blob, box["attributes"]["POSITION"])
+    # A bar is a centimetre thick, around the box's edges.
+    # Bars around a box of 1 x 2 x 3 m; the longest way is from corner to corner.
+    assert len(corners) == 12 * 8
+    across = np.linalg.norm(corners[:, None] - corners[None], axis=-1).max()
+    assert across == pytest.approx(np.linalg.norm([1.01, 2.01, 3.01]), abs=1e-4)
+    paint = tree["materials"][box["material"]]["pbrMetallicRoughness"]["baseColorFactor"]
+    assert paint[3] == 1.0 and all(0 <= share <= 1 for share in paint)
+
+
+def test_frames_of_boxes_are_closed_bars() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
+    signs = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / 2
+    for extent in ([2.0, 1.0, 0.5], [2.0, 0.0, 0.5], [0.0, 0.0, 0.0]):
+        vertices, faces = _frame(signs * extent @ turn.T)
+        bars = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
+        assert bars.is_watertight and bars.is_winding_consistent and bars.volume > 0
+        thick = min(max(0.05 * max(extent), 0.001), 0.01)
+        if any(extent):
+            np.testing.assert_allclose(np.ptp(vertices @ turn, axis=0), np.asarray(extent) + thick, atol=1e-9)
 
 
 @pytest.mark.parametrize("up", UP_AXES)
@@ -245,8 +263,6 @@ def test_boxes_and_names() -> None:
     assert corners is not None
     np.testing.assert_allclose(corners.mean(axis=0), [1.5, 2.5, 0.5])
     np.testing.assert_allclose(corners[4] - corners[0], TURN[:, 0] * 1.0)
-    walked = {frozenset(pair) for pair in zip(WALK[:-1].tolist(), WALK[1:].tolist(), strict=True)}
-    assert walked == {frozenset(pair) for pair in EDGES.tolist()}
     assert clean(HOSTILE).isprintable()
     assert len(clean(HOSTILE)) <= 80
     assert [thing.index for thing in things(SCENE, 10**6, 0)] == [0, 1, 2, 3, 5]

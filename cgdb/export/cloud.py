@@ -17,8 +17,6 @@ _LONGEST = 80
 _CORNERS = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)], np.float64) / 2
 EDGES = np.array([(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit])
 """(12, 2) which corners of a box an edge joins."""
-WALK = np.array([0, 1, 3, 2, 0, 4, 5, 7, 6, 4, 5, 1, 3, 7, 6, 2])
-"""Corners in an order that goes along every edge, four of them twice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import MissingExtraError
-from cgdb.export.cloud import MOST_POINTS, WALK, Thing, clean, label, things, titled
+from cgdb.export.cloud import EDGES, MOST_POINTS, Thing, clean, label, things, titled
 from cgdb.export.documents import Document
 from cgdb.geometry import parse_up
 from cgdb.scene import SceneGraph, SceneObject
@@ -20,8 +20,8 @@ def glb(scene: SceneGraph, *, max_points: int = MOST_POINTS, seed: int = 0) -> D
     """The scene under a root that turns its up axis to glTF's, which is y.
 
     Nodes are called "12 sofa", hold id, label and caption as extras, and have the children "12 sofa cloud" (points)
-    and "12 sofa box" (lines). They stand where the object's center is, with what is in them relative to it: float32 is
-    then exact enough far from the origin too. Colours are made linear, as glTF has them.
+    and "12 sofa box" (a frame of bars). They stand where the object's center is, with what is in them relative to it:
+    float32 is then exact enough far from the origin too. Colours are made linear, as glTF has them.
     max_points: of more, the same share of every cloud is chosen by the seed.
     """
     try:
@@ -72,10 +72,41 @@ def _add(made: Any, thing: Thing, name: str, root: str) -> None:
         part = f"{name} cloud"
         made.add_geometry(cloud, node_name=part, geom_name=part, parent_node_name=name)
     if thing.corners is not None:
-        line = trimesh.path.entities.Line(np.arange(len(WALK)), color=[*_linear(thing.color), 255])
-        outline = trimesh.path.Path3D(entities=[line], vertices=(thing.corners - thing.center)[WALK], process=False)
+        vertices, faces = _frame(thing.corners - thing.center)
+        # A material, since Blender draws no vertex colours unless it is told to. trimesh takes linear shares of 1.
+        color = [*(_linear(thing.color) / 255.0).tolist(), 1.0]
+        paint = trimesh.visual.material.PBRMaterial(baseColorFactor=color, metallicFactor=0.0, roughnessFactor=1.0)
+        visual = trimesh.visual.TextureVisuals(material=paint)
+        bars = trimesh.Trimesh(vertices=vertices, faces=faces, visual=visual, process=False)
         part = f"{name} box"
-        made.add_geometry(outline, node_name=part, geom_name=part, parent_node_name=name)
+        made.add_geometry(bars, node_name=part, geom_name=part, parent_node_name=name)
+
+
+_SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+_FACES = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+                   (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
+"""(12, 3) triangles of a block whose corners are _SIGNS, seen from outside."""
+_BAR = 0.01
+"""Thickness in m of the bars of a frame; less for boxes under 20 cm."""
+
+
+def _frame(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """A box of eight corners (8, 3) as twelve bars along its edges: vertices (96, 3), faces (144, 3).
+
+    Bars, not lines: viewers draw lines a pixel thin, and renderers not at all.
+    """
+    sides = corners[[1, 2, 4]] - corners[0]
+    lengths = np.linalg.norm(sides, axis=1)
+    half = np.clip(0.05 * lengths.max(), 0.001, _BAR) / 2
+    # Orthonormal also where the box is flat; the sides that it has decide.
+    axes = np.linalg.qr(sides[np.argsort(-lengths)].T)[0]
+    axes[:, 0] *= np.linalg.det(axes)
+    first, last = corners[EDGES[:, 0]], corners[EDGES[:, 1]]
+    ahead = (last - first) @ axes @ _SIGNS.T > 0
+    ends = np.where(ahead[..., None], last[:, None], first[:, None])
+    vertices = ends + half * (_SIGNS @ axes.T)
+    faces = _FACES + len(_SIGNS) * np.arange(len(EDGES))[:, None, None]
+    return vertices.reshape(-1, 3), faces.reshape(-1, 3)
 
 
 def _linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
