@@ -426,7 +426,7 @@ def test_relations_are_removed_by_name(ledger: Ledger, how: OnExisting) -> None:
         writer.objects([thing(1), thing(2)])
         writer.relations([near])
         writer.unrelate([dataclasses.replace(on, confidence=0.1), dataclasses.replace(on, origin="llm")])
-    assert (writer.revision, writer.relations_removed) == (2, 2)
+    assert (writer.revision, writer.counts[-1]) == (2, 2)
     scene = ledger.scene_graph(ledger.scene("lab"))
     assert scene.relations == (near,)
     assert len(ledger.scene_graph(ledger.scene("lab", 1)).relations) == 3

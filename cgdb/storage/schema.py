@@ -7,6 +7,9 @@ Rows of nodes, relations, features, clouds and views are temporal: a row is live
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, LargeBinary, MetaData, Table, Text
 from sqlalchemy.sql.elements import ColumnElement
 
@@ -17,6 +20,12 @@ metadata = MetaData()
 
 # BigInteger alone would not become SQLite's rowid, which is what makes appending cheap.
 _RowId = BigInteger().with_variant(Integer(), "sqlite")
+
+
+def _number(name: str, comment: str | None = None) -> Column[Any]:
+    """A number that is part of the primary key, and never given by the database."""
+    return Column(name, BigInteger, primary_key=True, autoincrement=False, comment=comment)
+
 
 meta = Table("meta", metadata, Column("name", Text, primary_key=True), Column("value", Text, nullable=False))
 
@@ -50,8 +59,8 @@ scenes = Table(
 scene_versions = Table(
     "scene_versions",
     metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
-    Column("revision", BigInteger, primary_key=True, autoincrement=False),
+    _number("scene_id"),
+    _number("revision"),
     Column("removed", Boolean, nullable=False),
     Column("n_objects", BigInteger, nullable=False),
     Column("n_places", BigInteger, nullable=False),
@@ -65,14 +74,25 @@ scene_versions = Table(
     Column("seal", BigInteger, nullable=False),
 )
 
-nodes = Table(
+
+def _temporal(name: str, identity: Sequence[Column[Any]], *own: Column[Any], **options: Any) -> Table:
+    """A table of rows that are live for some revisions. identity: what names a live row of a scene."""
+    return Table(
+        name,
+        metadata,
+        _number("scene_id"),
+        *identity,
+        _number("rev_from"),
+        Column("rev_to", BigInteger),
+        Column("seal", BigInteger, nullable=False),
+        *own,
+        **options,
+    )
+
+
+nodes = _temporal(
     "nodes",
-    metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
-    Column("key", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_to", BigInteger),
-    Column("seal", BigInteger, nullable=False),
+    [_number("key")],
     Column("id", Text, nullable=False),
     Column("label", Text, nullable=False),
     Column("tag", Text),
@@ -87,58 +107,37 @@ nodes = Table(
 )
 Index("nodes_id", nodes.c.scene_id, nodes.c.id)
 
-relations = Table(
+relations = _temporal(
     "relations",
-    metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
-    Column("source", BigInteger, primary_key=True, autoincrement=False),
-    Column("target", BigInteger, primary_key=True, autoincrement=False),
-    Column("label", Text, primary_key=True),
-    Column("origin", Text, primary_key=True),
-    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_to", BigInteger),
-    Column("seal", BigInteger, nullable=False),
+    [
+        _number("source"),
+        _number("target"),
+        Column("label", Text, primary_key=True),
+        Column("origin", Text, primary_key=True),
+    ],
     Column("confidence", Float, nullable=False),
     Column("explanation", Text),
     sqlite_with_rowid=False,
 )
 Index("relations_target", relations.c.scene_id, relations.c.target)
 
-features = Table(
+features = _temporal(
     "features",
-    metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
-    Column("space", Text, primary_key=True),
-    Column("key", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_to", BigInteger),
-    Column("seal", BigInteger, nullable=False),
+    [Column("space", Text, primary_key=True), _number("key")],
     Column("vector", LargeBinary, nullable=False, comment="float32, little-endian"),
 )
 
-clouds = Table(
+clouds = _temporal(
     "clouds",
-    metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
-    Column("key", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_to", BigInteger),
-    Column("seal", BigInteger, nullable=False),
+    [_number("key")],
     Column("n_points", BigInteger, nullable=False),
     Column("colored", Boolean, nullable=False),
     Column("data", LargeBinary, nullable=False, comment="points float32 (n, 3), then colors uint8 (n, 3)"),
 )
 
-
-views = Table(
+views = _temporal(
     "views",
-    metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
-    Column("key", BigInteger, primary_key=True, autoincrement=False),
-    Column("rank", BigInteger, primary_key=True, autoincrement=False, comment="0 is the best"),
-    Column("rev_from", BigInteger, primary_key=True, autoincrement=False),
-    Column("rev_to", BigInteger),
-    Column("seal", BigInteger, nullable=False),
+    [_number("key"), _number("rank", "0 is the best")],
     Column("n_views", BigInteger, nullable=False, comment="of the object: a row that is missing is told by any other"),
     Column("frame", BigInteger, nullable=False),
     Column("points", BigInteger, nullable=False),
@@ -153,10 +152,18 @@ views = Table(
 images = Table(
     "images",
     metadata,
-    Column("scene_id", BigInteger, primary_key=True, autoincrement=False),
+    _number("scene_id"),
     Column("digest", LargeBinary, primary_key=True, comment="16 bytes of BLAKE2b over the data"),
     Column("data", LargeBinary, nullable=False, comment="JPEG, PNG or WebP"),
 )
+
+TEMPORAL = {table.name: table for table in (nodes, relations, features, clouds, views)}
+
+IDENTITY = {
+    name: tuple(column.name for column in table.primary_key if column.name not in ("scene_id", "rev_from"))
+    for name, table in TEMPORAL.items()
+}
+"""What names a live row of a scene, per temporal table."""
 
 ADDED = {2: (views, images)}
 """{format: the tables that came with it}. A store of an older format is without them until it is written to."""

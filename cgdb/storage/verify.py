@@ -10,31 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CorruptionError
-from cgdb.storage import rows
+from cgdb.storage import rows, schema
 
 Cloud: TypeAlias = "tuple[NDArray[np.float32], NDArray[np.uint8] | None]"
 """points (n, 3) float32 m, colors (n, 3) uint8 RGB."""
 
-_SPAN = ("rev_from", "rev_to", "seal")
-
 COLUMNS = {
-    "nodes": (
-        "key",
-        *_SPAN,
-        "id",
-        "label",
-        "tag",
-        "tags",
-        "caption",
-        "box",
-        "n_observations",
-        "confidence",
-        "properties",
-    ),
-    "relations": ("source", "target", "label", "origin", *_SPAN, "confidence", "explanation"),
-    "features": ("key", *_SPAN, "vector"),
-    "clouds": ("key", *_SPAN, "n_points", "colored", "data"),
-    "views": ("key", "rank", *_SPAN, "n_views", "frame", "points", "box", "pose", "source", "image"),
+    name: tuple(column.name for column in table.columns if column.name not in ("scene_id", "space"))
+    for name, table in schema.TEMPORAL.items()
 }
 """What is read of each table, in the order that ``verified`` takes."""
 
