@@ -45,9 +45,9 @@ COMMANDS: Mapping[str, Command] = {
     "plot": Command(home="looking:plot", takes="FILE.png [scene]", kind="file", says="the plan as a picture"),
     "show": Command(home="records:show", takes="#id", kind="object", says="an object's record, relations and places"),
     "near": Command(home="records:near", takes="#id [metres]", kind="object", says="what is near an object (1 m)"),
-    "schema": Command(home="records:schema", says="labels, relations and properties of the scenes in use"),
-    "scenes": Command(home="records:scenes", says="the scenes of the store"),
-    "use": Command(home="records:use", takes="[scene ...] [AS OF revision]", kind="scene", says="what statements ask"),
+    "schema": Command(home="scenes:schema", says="labels, relations and properties of the scenes in use"),
+    "scenes": Command(home="scenes:scenes", says="the scenes of the store"),
+    "use": Command(home="scenes:use", takes="[scene ...] [AS OF revision]", kind="scene", says="what statements ask"),
     "explain": Command(home="looking:explain", takes="[statement]", kind="statement", says="how it would be answered"),
     "profile": Command(home="looking:profile", takes="[statement]", kind="statement", says="what each step really did"),
     "mode": Command(home="options:mode", takes="[mode]", kind="mode", early=True, says="how results are written"),
@@ -62,7 +62,7 @@ COMMANDS: Mapping[str, Command] = {
     "export": Command(
         home="keeping:export", takes="FILE [scene] [format]", kind="file", says="write a scene to a file"
     ),
-    "cypher": Command(home="records:cypher", takes="statement", says="read-only Cypher on the graph index"),
+    "cypher": Command(home="scenes:cypher", takes="statement", says="read-only Cypher on the graph index"),
 }
 ALIASES: Mapping[str, str] = {
     "q": "quit",

@@ -124,7 +124,7 @@ def export(session: Session, rest: str) -> None:
     usage = ":export FILE [scene] [format]"
     path, *more = words(rest, usage, least=1, most=3)
     db = session.db
-    names = list(session.use.scenes) or [info.name for info in db.scenes(session.use.as_of)]
+    names = session.scenes()
     scene = more[0] if more else names[0] if len(names) == 1 else None
     if scene is None:
         raise UsageError(f"{len(names)} scenes are in use: say which", hint=f"{usage}; there are {one_of(names)}")

@@ -45,7 +45,7 @@ def records(session: Session, rest: str) -> None:
 def _record(session: Session, answer: Answer, number: int, *, why: bool) -> list[Text]:
     screen, result = session.screen, answer.result
     row = result.rows[number - 1]
-    width = screen.width if screen.terminal else None
+    width = screen.limit
     made = cells(result, (row,), first=number)
     lines = tables.record(
         made, 0, screen, width=width, bars=session.settings["bars"] and screen.terminal, of=len(result.rows)

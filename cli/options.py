@@ -70,7 +70,7 @@ def _list(session: Session) -> None:
     screen = session.screen
     rows = [(name, session.settings.shown(name), option.says) for name, option in OPTIONS.items()]
     rows += [(f"${name}", _shown(value), "parameter") for name, value in session.parameters.items()]
-    width = screen.width if screen.terminal else None
+    width = screen.limit
     screen.print(
         *(table(grid(("name", "value", "what it is"), rows), screen, width=width, bars=False, numbered=False) or ())
     )

@@ -5,51 +5,41 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from prompt_toolkit.auto_suggest import AutoSuggestFromHistory, ConditionalAutoSuggest
-from prompt_toolkit.buffer import CompletionState
 from prompt_toolkit.completion import (
     CompleteEvent,
     Completer,
     Completion,
     ThreadedCompleter,
-    get_common_complete_suffix,
 )
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
-from prompt_toolkit.filters import Condition, completion_is_selected
-from prompt_toolkit.formatted_text import FormattedText, StyleAndTextTuples
+from prompt_toolkit.filters import Condition
+from prompt_toolkit.formatted_text import FormattedText
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.lexers import Lexer
 from prompt_toolkit.output.color_depth import ColorDepth
 from prompt_toolkit.shortcuts import CompleteStyle, PromptSession, print_formatted_text
-from prompt_toolkit.styles import DynamicStyle, Style
+from prompt_toolkit.styles import DynamicStyle
 
 import cgdb
-from cgdb.cli import highlight, keeping, offers, render, script
+from cgdb.cli import keeping, offers, render, script
 from cgdb.cli.commands import Quit
+from cgdb.cli.prompt_keys import keys
+from cgdb.cli.prompt_looks import Colours, style, toolbar
 from cgdb.cli.screen import MENU
 from cgdb.cli.settings import folder
 from cgdb.cli.shell import report, run
-from cgdb.cli.themes import PLAIN, Theme
+from cgdb.cli.themes import PLAIN
 from cgdb.errors import CgdbError
-from cgdb.grammar.parser import parse
 
 if TYPE_CHECKING:
     from cgdb.cli.session import Session
     from cgdb.database import Database
 
 PROMPT = "cgdb> "
-KEYS = (
-    "F4 editor  Ctrl-R search  Alt-Enter new line  Ctrl-C cancel",
-    "F4 editor  Ctrl-R search",
-    ":help",
-)
-"""What the toolbar says of keys, by the room there is."""
 
 
 def converse(session: Session) -> int:
@@ -67,7 +57,7 @@ def converse(session: Session) -> int:
                 ("class:continuation", "  :help for help, Tab completes, Ctrl-D leaves"),
             ]
         ),
-        style=_style(screen.theme),
+        style=style(screen.theme),
     )
 
     def opened(db: Database) -> None:
@@ -146,8 +136,8 @@ def make_prompt(session: Session) -> PromptSession[str]:
         prompt_continuation=lambda width, number, wrapped: [
             ("class:continuation", " " * width if wrapped else "· ".rjust(width))
         ],
-        lexer=_Colours(),
-        style=DynamicStyle(lambda: _style(screen.theme)),
+        lexer=Colours(),
+        style=DynamicStyle(lambda: style(screen.theme)),
         include_default_pygments_style=False,
         color_depth=ColorDepth.DEPTH_1_BIT if screen.theme is PLAIN else None,
         completer=ThreadedCompleter(offering),
@@ -158,8 +148,8 @@ def make_prompt(session: Session) -> PromptSession[str]:
         auto_suggest=ConditionalAutoSuggest(AutoSuggestFromHistory(), suggests),
         enable_open_in_editor=True,
         tempfile_suffix=".cgql",
-        key_bindings=_keys(offering),
-        bottom_toolbar=lambda: _toolbar(session, prompt.default_buffer.text),
+        key_bindings=keys(offering),
+        bottom_toolbar=lambda: toolbar(session, prompt.default_buffer.text),
         mouse_support=False,
     )
     return prompt
@@ -173,51 +163,6 @@ def _scope(session: Session) -> str:
     shown = names[0][:20] if len(names) == 1 else f"{len(names)} scenes" if names else ""
     when = "" if session.use.as_of is None else f"@{session.use.as_of}"
     return f"{shown}{when} "
-
-
-class _Colours(Lexer):
-    """The grammar's pieces as styled fragments."""
-
-    def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
-        lines = highlight.lines(document.text)
-
-        def line(number: int) -> StyleAndTextTuples:
-            if number >= len(lines):
-                return []
-            return [(f"class:cgql.{kind}" if kind else "", text) for kind, text in lines[number]]
-
-        return line
-
-
-@lru_cache(maxsize=8)
-def _style_of(name: str, pairs: tuple[tuple[str, str], ...]) -> Style:
-    return Style([*pairs])
-
-
-def _style(theme: Theme) -> Style:
-    rules = [(f"cgql.{kind}", style) for kind, style in theme.syntax.items()]
-    ink = theme.ink
-    if ink:
-        rules += [
-            ("prompt", ink["prompt"]),
-            ("continuation", ink["faint"]),
-            ("auto-suggestion", ink["faint"]),
-            ("bottom-toolbar", f"noreverse {ink['faint']}"),
-            ("bottom-toolbar.state", ink["hint"]),
-            ("completion-menu", "bg:#2b3346 #dfe6f3" if theme.name == "dark" else "bg:#e9edf3 #1f2328"),
-            (
-                "completion-menu.completion.current",
-                "bg:#82aaff #1d2433" if theme.name == "dark" else "bg:#0550ae #ffffff",
-            ),
-            ("completion-menu.meta.completion", "bg:#232a3b #8796b0" if theme.name == "dark" else "bg:#dfe5ec #59636e"),
-            (
-                "completion-menu.meta.completion.current",
-                "bg:#5f7fbf #ffffff" if theme.name == "dark" else "bg:#3d74bd #ffffff",
-            ),
-            ("scrollbar.background", "bg:#39435c" if theme.name == "dark" else "bg:#c8d0da"),
-            ("scrollbar.button", "bg:#82aaff" if theme.name == "dark" else "bg:#0550ae"),
-        ]
-    return _style_of(theme.name, tuple(rules))
 
 
 class _Offers(Completer):
@@ -242,62 +187,6 @@ class _Offers(Completer):
             )
 
 
-def _keys(completer: Completer) -> KeyBindings:
-    keys = KeyBindings()
-
-    @keys.add("enter", filter=~completion_is_selected)
-    def _(event: KeyPressEvent) -> None:
-        """Run what is complete, else begin a new line."""
-        buffer = event.current_buffer
-        if script.complete(buffer.text):
-            buffer.validate_and_handle()
-        else:
-            _new_line(event)
-
-    @keys.add("enter", filter=completion_is_selected)
-    def _(event: KeyPressEvent) -> None:
-        """Take the choice that is marked."""
-        event.current_buffer.complete_state = None
-
-    @keys.add("escape", "enter")
-    def _(event: KeyPressEvent) -> None:
-        """A new line in any case."""
-        _new_line(event)
-
-    @keys.add("f4")
-    def _(event: KeyPressEvent) -> None:
-        """Edit in $EDITOR."""
-        event.current_buffer.open_in_editor(validate_and_handle=False)
-
-    @keys.add("tab")
-    def _(event: KeyPressEvent) -> None:
-        """Offer choices; take a single one, or what all begin with, at once; go to the next."""
-        buffer = event.current_buffer
-        if buffer.complete_state:
-            buffer.complete_next()
-            return
-        # Worked out here and now: a completion that still runs for the letters before would drop this one.
-        found = list(completer.get_completions(buffer.document, CompleteEvent(completion_requested=True)))
-        if len(found) == 1:
-            buffer.apply_completion(found[0])
-            return
-        if common := get_common_complete_suffix(buffer.document, found):
-            buffer.insert_text(common)
-            found = list(completer.get_completions(buffer.document, CompleteEvent(completion_requested=True)))
-        if found:
-            buffer.complete_state = CompletionState(buffer.document, found)
-            buffer.on_completions_changed.fire()
-
-    return keys
-
-
-def _new_line(event: KeyPressEvent) -> None:
-    """A line that begins below the first word of the one before."""
-    buffer = event.current_buffer
-    before = buffer.document.current_line_before_cursor
-    buffer.insert_text("\n" + before[: len(before) - len(before.lstrip())])
-
-
 def _history() -> History:
     """Kept in the state folder, readable by this person alone; in memory where it cannot be written."""
     path = folder("state") / "history"
@@ -308,42 +197,3 @@ def _history() -> History:
         sys.stderr.write(f"note: {path} cannot be written, so nothing is remembered: {error.strerror}\n")
         return InMemoryHistory()
     return FileHistory(str(path))
-
-
-@lru_cache(maxsize=4)
-def _whole(text: str) -> bool:
-    """Whether a statement on several lines could be run as it is, which one more Enter would do."""
-    if "\n" not in text.rstrip() or text.lstrip().startswith(":"):
-        return False
-    try:
-        parse(text)
-    except CgdbError:
-        return False
-    return True
-
-
-def _toolbar(session: Session, text: str) -> Any:
-    """The store and its state; what matters most where the terminal is narrow."""
-    opening, settings = session.opening, session.settings
-    state = {"opening": "opening…", "indexes": "opening indexes…", "encoder": "loading the text encoder…"}.get(
-        opening.stage, ""
-    )
-    if _whole(text):
-        state = "; and Enter runs this" if text.rpartition("\n")[2].strip() else "Enter runs this"
-    parts = [render.clean(opening.path.name)]
-    scenes = session.vocabulary.scenes()
-    if scenes:
-        parts.append(f"{len(scenes)} scene{'' if len(scenes) == 1 else 's'}")
-    if settings["mode"] != "table":
-        parts.append(settings["mode"])
-    if session.parameters:
-        parts.append(", ".join(f"${name}" for name in list(session.parameters)[:4]))
-    line = " · ".join(parts)
-    room = session.screen.width - len(line) - len(state) - 6
-    keys = next((keys for keys in KEYS if len(keys) <= room), "")
-    gap = " " * (room - len(keys) + 2)
-    return [
-        ("class:bottom-toolbar", f" {line} "),
-        ("class:bottom-toolbar.state", f" {state} " if state else ""),
-        ("class:bottom-toolbar", gap + keys),
-    ]

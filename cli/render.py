@@ -130,7 +130,7 @@ def table(
     screen = Screen(Settings())
     marks = None if scores is None else [(score, fits is not False) for score, fits in scores]
     made = tables.grid(columns, list(rows), scores=marks)
-    width = screen.width if screen.terminal else None
+    width = screen.limit
     lines = tables.table(made, screen, width=width, bars=False, numbered=False)
     if lines is None:
         records = (tables.record(made, n, screen, width=width, bars=False) for n in range(len(made.cells)))

@@ -47,6 +47,11 @@ class Screen:
         return shutil.get_terminal_size().columns if self.terminal else PLAIN_WIDTH
 
     @property
+    def limit(self) -> int | None:
+        """Columns that a line may have; None, any number, where it goes to no terminal."""
+        return self.width if self.terminal else None
+
+    @property
     def height(self) -> int:
         """Lines that there are."""
         return shutil.get_terminal_size().lines if self.terminal else 40

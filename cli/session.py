@@ -77,6 +77,10 @@ class Session:
             self.vocabulary.fill(db, self.use.scenes, self.use.as_of)
         return db
 
+    def scenes(self) -> list[str]:
+        """The names of the scenes that are asked: those in use, else all."""
+        return list(self.use.scenes) or [info.name for info in self.db.scenes(self.use.as_of)]
+
     def say(self, text: str, part: str = "faint") -> None:
         """What a command did, to a person; a script knows what it asked for."""
         if self.interactive and not self.quiet:

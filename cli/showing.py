@@ -128,7 +128,7 @@ def why_lines(session: Session, row: Row) -> list[Text]:
 def _reason_lines(session: Session, reason: Reason) -> list[Text]:
     screen = session.screen
     bars = session.settings["bars"] and screen.terminal
-    width = screen.width if screen.terminal else None
+    width = screen.limit
     head = screen.text(("", "  "))
     head.append_text(tables.scored(reason.degree, reason.degree >= 0.5, screen, bars=bars, width=width))
     head.append("  ")
