@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cgdb.ingest.frames import poses
 from cgdb.ingest.frames.recording import Frame
-from cgdb.ingest.mapping.lift import unproject
+from cgdb.ingest.mapping.pixels import unproject
 from tests.mapping_rooms import looking
 
 Image = pytest.importorskip("PIL.Image")

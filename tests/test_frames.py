@@ -10,7 +10,7 @@ import pytest
 from cgdb.errors import UsageError
 from cgdb.ingest.frames import poses
 from cgdb.ingest.frames.recording import LAYOUTS, open_recording
-from cgdb.ingest.mapping.lift import unproject
+from cgdb.ingest.mapping.pixels import unproject
 from tests.recordings import (
     MAKERS,
     TARGET,

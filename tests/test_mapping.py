@@ -15,9 +15,11 @@ from cgdb.ingest.evaluation.mapping import Truth, evaluate, nearest
 from cgdb.ingest.frames.recording import open_recording
 from cgdb.ingest.mapping import checkpoint, tidy
 from cgdb.ingest.mapping.associate import Association
+from cgdb.ingest.mapping.clusters import components, pieces
 from cgdb.ingest.mapping.fuse import Objects
-from cgdb.ingest.mapping.lift import Lifting, components, lift, pieces, shrunk, unproject, usable_pixels
+from cgdb.ingest.mapping.lift import Lifting, lift
 from cgdb.ingest.mapping.mapper import Mapper, Mapping
+from cgdb.ingest.mapping.pixels import shrunk, unproject, usable_pixels
 from cgdb.ingest.mapping.similarity import iou
 from cgdb.ingest.mapping.upright import upright_box
 from cgdb.ingest.mapping.voxels import Voxels
@@ -242,7 +244,7 @@ def test_what_lies_behind_an_edge_is_not_used_and_thin_things_are() -> None:
     depth = np.full((20, 20), 2.0, np.float32)
     depth[:, 10] = 1.0
     depth[5, 5] = 0.0
-    usable = usable_pixels(depth, Lifting())
+    usable = usable_pixels(depth, nearest=0.1, farthest=8.0, edge=0.015)
     assert usable[10, 10] and not usable[10, 9] and not usable[10, 11]
     assert usable[10, 7] and not usable[5, 5] and usable[5, 6]
 
@@ -265,11 +267,11 @@ def test_the_largest_piece_stays_and_lone_voxels_go() -> None:
     lone = np.array([[50, 50, 50]])
     cells = np.concatenate([near, far, lone]).astype(np.int32)
     owner = np.zeros(len(cells), np.int32)
-    kept = pieces(owner, cells, np.zeros(1, np.bool_), Lifting())
+    kept = pieces(owner, cells, np.zeros(1, np.bool_), side=3, core=6)
     assert kept.tolist() == [True] * 36 + [False] * 13
-    assert pieces(owner, cells, np.ones(1, np.bool_), Lifting()).tolist() == [True] * 48 + [False]
-    assert pieces(owner, cells, np.zeros(1, np.bool_), Lifting(), 0.3).sum() == 48
-    assert pieces(owner[-1:], lone.astype(np.int32), np.zeros(1, np.bool_), Lifting()).all()
+    assert pieces(owner, cells, np.ones(1, np.bool_), side=3, core=6).tolist() == [True] * 48 + [False]
+    assert pieces(owner, cells, np.zeros(1, np.bool_), side=3, core=6, least=0.3).sum() == 48
+    assert pieces(owner[-1:], lone.astype(np.int32), np.zeros(1, np.bool_), side=3, core=6).all()
 
 
 def test_spill_over_an_outline_is_outvoted() -> None:
@@ -521,7 +523,7 @@ def test_the_real_frames_map_without_a_model(data: Path) -> None:
 def test_columns_grow_and_large_spaces_give_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:
     usual = mapped(6)
     monkeypatch.setattr("cgdb.ingest.mapping.voxels._ROOM", 64)
-    monkeypatch.setattr("cgdb.ingest.mapping.lift._DENSE", 0)
+    monkeypatch.setattr("cgdb.ingest.mapping.clusters._DENSE", 0)
     grown = mapped(6)
     assert len(grown.voxels.seen) < 1 << 20 < len(usual.voxels.seen)
     for one, other in zip(grown.scene("a").objects, usual.scene("a").objects, strict=True):

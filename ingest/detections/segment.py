@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cgdb.ingest.detections.detections import Detections, boxes_of
 from cgdb.ingest.frames.recording import Frame, nearest
-from cgdb.ingest.mapping.lift import components
+from cgdb.ingest.mapping.clusters import components
 
 Floats = NDArray[np.float32]
 Bools = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.ingest.mapping.lift import pieces
+from cgdb.ingest.mapping.clusters import pieces
 from cgdb.ingest.mapping.upright import upright_box
 from cgdb.scene import FeatureSpace, PropertyValue, SceneGraph, SceneObject, View
 
@@ -95,7 +95,8 @@ def _keep_pieces(batch: list[int], rows: list[Ints], mapper: Mapper) -> None:
     """Let the things of a batch keep the voxels that are in pieces of size: together, but not all at once."""
     owner = np.repeat(np.arange(len(batch), dtype=np.int32), [len(rows[at]) for at in batch])
     cells = mapper.voxels.cells.take(np.concatenate([np.zeros(0, np.int32), *(rows[at] for at in batch)]), axis=0)
-    kept = pieces(owner, cells, np.zeros(len(batch), np.bool_), mapper.how.lifting, SMALLEST_PIECE)
+    how = mapper.how.lifting
+    kept = pieces(owner, cells, np.zeros(len(batch), np.bool_), side=how.cell, core=how.core, least=SMALLEST_PIECE)
     start = 0
     for at in batch:
         rows[at], start = rows[at][kept[start : start + len(rows[at])]], start + len(rows[at])
