@@ -21,7 +21,7 @@ from cgdb.asking.intake import LONGEST_QUESTION, follow_up, scenes_named
 from cgdb.asking.intake import checked as checked_question
 from cgdb.asking.narrowed import narrowed
 from cgdb.asking.reordered import failing, has_an_order, reordered, reranker_of
-from cgdb.asking.shortlist import by_score, is_total, of_objects, shortlist, uncut
+from cgdb.asking.shortlist import by_score, of_objects, shortlist, uncut
 from cgdb.asking.survey import surveyed
 from cgdb.asking.wording import facts
 from cgdb.errors import (
@@ -48,6 +48,7 @@ from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
+from cgdb.query.expressions import is_total
 from cgdb.query.limits import Limits
 from cgdb.result import Result, Row
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from cgdb.asking.answer import first_node
 from cgdb.asking.draft import Draft
-from cgdb.asking.shortlist import identity, is_total
+from cgdb.asking.shortlist import identity
 from cgdb.model.llm import Meter, Model
 from cgdb.model.rerank import Judgement, ModelReranker, Reranker, named
+from cgdb.query.expressions import is_total
 from cgdb.result import Reason, Row
 from cgdb.scene import ObjectId
 

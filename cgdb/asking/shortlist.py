@@ -12,7 +12,7 @@ from typing import Any
 
 from cgdb.asking.answer import first_node
 from cgdb.grammar import ast
-from cgdb.query.functions import AGGREGATES
+from cgdb.query.expressions import is_total
 from cgdb.result import Row
 
 OTHERS = 0.4
@@ -54,16 +54,6 @@ def _widened(row: Row, width: int) -> Row:
 
 
 # -- statements -------------------------------------------------------------------------------------------------
-
-
-def is_total(item: Any) -> bool:
-    """Whether an expression is a total over rows."""
-    if isinstance(item, ast.Call) and item.name in AGGREGATES:
-        return True
-    inner = (item.arguments if isinstance(item, ast.Call) else ()) or tuple(
-        getattr(item, name) for name in ("left", "right", "operand") if hasattr(item, name)
-    )
-    return any(map(is_total, inner))
 
 
 def of_objects(tree: ast.Query) -> ast.Query:

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from cgdb.errors import LimitError
 from cgdb.grammar import ast
 from cgdb.index.positions import EdgeColumn
-from cgdb.query import cypher
 from cgdb.query.bindings import Bindings
 from cgdb.query.bound import BoundEdge, BoundQuery
 from cgdb.query.evaluate import rounded
 from cgdb.query.executor import Executor
+from cgdb.query.expressions import is_total
 from cgdb.query.functions import AGGREGATES
 from cgdb.query.limits import Budget
 from cgdb.query.planner import Plan
@@ -240,7 +240,7 @@ def _paths(view: SceneView, ways: Sequence[tuple[int, ...]], asked: BoundEdge) -
 
 def _grouped(query: BoundQuery, parts: Sequence[SceneRows], budget: Budget) -> list[Row]:
     """One row per combination of the columns that are no aggregates, over the rows that fit."""
-    by = [i for i, column in enumerate(query.returns) if not _aggregates(column.expression)]
+    by = [i for i, column in enumerate(query.returns) if not is_total(column.expression)]
     groups: dict[tuple[Any, ...], list[tuple[SceneRows, int]]] = {}
     shown: dict[tuple[Any, ...], tuple[Value, ...]] = {}
     for part in parts:
@@ -314,7 +314,7 @@ def _aggregate(item: ast.Expression, members: Sequence[tuple[SceneRows, int]]) -
     if isinstance(item, ast.Negative):
         inner = _aggregate(item.operand, members)
         return -inner if isinstance(inner, (int, float)) else None
-    if isinstance(item, ast.Call) and _aggregates(item):
+    if isinstance(item, ast.Call) and is_total(item):
         return _function(item.name, [_aggregate(argument, members) for argument in item.arguments])
     if isinstance(item, ast.Number | ast.Text | ast.Boolean):
         return item.value
@@ -369,12 +369,6 @@ def _arithmetic(op: str, left: Value, right: Value) -> Value:
     if result is None:
         result = left / right if op == "/" else float(np.fmod(left, right))
     return _plain_number(float(result))
-
-
-def _aggregates(item: object) -> bool:
-    if isinstance(item, ast.Call) and item.name in AGGREGATES:
-        return True
-    return any(map(_aggregates, cypher.parts(item)))
 
 
 def _order_value(value: Value) -> Any:

@@ -6,7 +6,7 @@ Every name that the statement uses is looked up here, once; what comes out can b
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -15,29 +15,20 @@ from cgdb.errors import BindError, LimitError, Span, did_you_mean, one_of
 from cgdb.grammar import ast
 from cgdb.grammar.limits import children
 from cgdb.grammar.printer import to_text
-from cgdb.index.catalog import BUILT_IN, EDGE_PROPERTIES, STANDARD_RELATIONS, Catalog
+from cgdb.index.catalog import Catalog
 from cgdb.meaning.meanings import LikeMeaning, Meaning, VectorMeaning
 from cgdb.query.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery, BoundReturn
-from cgdb.query.functions import AGGREGATES, FUNCTIONS, Signature
+from cgdb.query.expressions import is_total, variables
+from cgdb.query.functions import AGGREGATES
+from cgdb.query.kinds import OF_LITERALS, expect, expect_argument, expect_comparable, expect_value, signature_of
 from cgdb.query.parameters import Parameters
+from cgdb.query.scope import Scope
 
 MAX_HOPS = 10
 """Longest path that a statement may ask for; ``*`` without an upper bound means this many."""
 MAX_NODES = 50
 """Nodes that the patterns of a statement, or of one condition in it, may have together."""
-
-
-@dataclass(slots=True)
-class _Scope:
-    """Names in sight while binding: variables by name with their kind, labels and ids."""
-
-    nodes: dict[str, BoundNode] = field(default_factory=dict)
-    edges: dict[str, BoundEdge] = field(default_factory=dict)
-
-    def names(self) -> list[str]:
-        return [node.name for node in self.nodes.values() if node.named] + [
-            edge.name for edge in self.edges.values() if edge.named
-        ]
+_ASK_LESS = "ask for less at once"
 
 
 def bind(query: ast.Query, catalog: Catalog, parameters: Mapping[str, Any]) -> BoundQuery:
@@ -56,17 +47,17 @@ class _Binder:
         self._anonymous = 0
 
     def query(self, query: ast.Query) -> BoundQuery:
-        scope = _Scope()
+        scope = Scope(catalog=self._catalog)
         match = self._match(query.patterns, scope)
         conditions = list(match.conditions)
         if query.where is not None:
             where, kind = self._expression(query.where, scope)
-            self._expect(kind, "boolean", query.where, "WHERE asks for a condition")
+            expect(kind, "boolean", query.where, "WHERE asks for a condition")
             conditions.extend(where.items if isinstance(where, ast.And) else (where,))
         for condition in conditions:
             _check_no_row_score(condition)
         returns = self._returns(query, scope)
-        aggregates = any(_has_aggregate(item.expression) for item in returns)
+        aggregates = any(is_total(item.expression) for item in returns)
         return BoundQuery(
             mode=query.mode,
             match=match,
@@ -86,7 +77,7 @@ class _Binder:
 
     # -- patterns -----------------------------------------------------------------------------------------------
 
-    def _match(self, patterns: Sequence[ast.Pattern], scope: _Scope) -> BoundMatch:
+    def _match(self, patterns: Sequence[ast.Pattern], scope: Scope) -> BoundMatch:
         conditions: list[ast.Expression] = []
         nodes: dict[str, BoundNode] = {}
         edges: list[BoundEdge] = []
@@ -106,7 +97,7 @@ class _Binder:
                 raise LimitError(f"the patterns have more than {MAX_NODES} nodes", hint=_ASK_LESS, span=pattern.span)
         return BoundMatch(nodes=nodes, edges=tuple(edges), conditions=tuple(conditions))
 
-    def _node(self, item: ast.NodePattern, scope: _Scope, conditions: list[ast.Expression]) -> BoundNode:
+    def _node(self, item: ast.NodePattern, scope: Scope, conditions: list[ast.Expression]) -> BoundNode:
         name = item.variable
         if name is None and item.id is not None:
             # The same #12 twice is the same node; any other node without a name is one of its own.
@@ -115,13 +106,8 @@ class _Binder:
                 return known_reference
         if name is not None and name in scope.edges:
             raise BindError(f"'{name}' is a relation here and cannot be a node as well", span=item.span)
-        if item.label is not None and item.label not in self._catalog.labels and item.label != "Object":
-            known = ["Object", *(label for label in self._catalog.labels if label != "Object")]
-            raise BindError(
-                f"no label '{item.label}' in the store",
-                hint=did_you_mean(item.label, known) or f"there is {one_of(known)}",
-                span=item.span,
-            )
+        if item.label is not None:
+            scope.check_label(item.label, item.span)
         node_id = item.id.id if item.id is not None else None
         known_node = scope.nodes.get(name) if name is not None else None
         if known_node is not None:
@@ -144,20 +130,20 @@ class _Binder:
         for property_name, value in item.properties:
             left, kind = self._expression(ast.Property(variable=node.name, name=property_name, span=value.span), scope)
             right, other = self._expression(value, scope)
-            self._comparable(kind, other, value)
+            expect_comparable(kind, other, value)
             conditions.append(ast.Comparison(op="=", left=left, right=right, span=value.span))
         if item.meaning is not None:
             self._meaning(item.meaning)
             conditions.append(ast.Similar(variable=node.name, meaning=item.meaning, span=item.span))
         return node
 
-    def _edge(self, item: ast.EdgePattern, left: str, right: str, scope: _Scope) -> BoundEdge:
+    def _edge(self, item: ast.EdgePattern, left: str, right: str, scope: Scope) -> BoundEdge:
         if item.variable is not None and (item.variable in scope.nodes or item.variable in scope.edges):
             raise BindError(
                 f"'{item.variable}' is used twice; a relation's variable stands for one edge", span=item.span
             )
         for label in item.labels:
-            self._relation(label, item.span)
+            scope.check_relation(label, item.span)
         high = item.max_hops if item.max_hops is not None else MAX_HOPS
         if high > MAX_HOPS:
             raise BindError(f"a path of {high} hops is too long; {MAX_HOPS} is the most", span=item.span)
@@ -186,34 +172,9 @@ class _Binder:
                 span=item.span,
             )
         scope.edges[edge.name] = edge
-        self._warn_of_ends(edge, scope)
+        if (warning := scope.ends_that_do_not_meet(edge)) is not None:
+            self._warnings.append(warning)
         return edge
-
-    def _relation(self, label: str, span: Span) -> None:
-        if label in self._catalog.relations or label in STANDARD_RELATIONS:
-            return
-        known = [*self._catalog.relations, *STANDARD_RELATIONS]
-        raise BindError(
-            f"no relation '{label}' in the store",
-            hint=did_you_mean(label, known) or f"there is {one_of(dict.fromkeys(known))}",
-            span=span,
-        )
-
-    def _warn_of_ends(self, edge: BoundEdge, scope: _Scope) -> None:
-        """Say so when the labels at the ends of an edge rule out every relation of its kind in the store."""
-        source, target = scope.nodes[edge.source].label, scope.nodes[edge.target].label
-        ends = {pair for label in edge.labels for pair in self._catalog.relations.get(label, {})}
-        if not ends or edge.is_path:
-            return
-        fits = {(a, b) for a, b in ends if source in (None, a) and target in (None, b)}
-        if not edge.directed:
-            fits |= {(a, b) for a, b in ends if source in (None, b) and target in (None, a)}
-        if not fits:
-            a, b = min(ends)
-            self._warnings.append(
-                f"no '{'|'.join(edge.labels)}' goes from {source or 'a node'} to {target or 'a node'}; "
-                f"the store has (:{a})-[:{edge.labels[0]}]->(:{b})"
-            )
 
     def _fresh(self) -> str:
         # A space cannot occur in a name that a statement gives.
@@ -227,7 +188,7 @@ class _Binder:
 
     # -- the rest of the statement ------------------------------------------------------------------------------
 
-    def _returns(self, query: ast.Query, scope: _Scope) -> tuple[BoundReturn, ...]:
+    def _returns(self, query: ast.Query, scope: Scope) -> tuple[BoundReturn, ...]:
         columns: list[BoundReturn] = []
         for item in query.returns:
             expression, _ = self._expression(item.expression, scope, aggregates=True)
@@ -237,7 +198,7 @@ class _Binder:
                     raise BindError(f"two columns are named '{name}'", span=item.span)
                 continue
             columns.append(BoundReturn(name=name, expression=expression))
-        keys = [column.expression for column in columns if not _has_aggregate(column.expression)]
+        keys = [column.expression for column in columns if not is_total(column.expression)]
         if len(keys) < len(columns):
             for column in columns:
                 self._check_total(column.expression, keys)
@@ -247,7 +208,7 @@ class _Binder:
         """Beside a total, what belongs to a single row is only known where the rows are grouped by it."""
         if item in keys or (isinstance(item, ast.Call) and item.name in AGGREGATES):
             return
-        if _has_aggregate(item):
+        if is_total(item):
             for part in children(item):
                 self._check_total(cast(ast.Expression, part), keys)
         elif _is_of_a_row(item):
@@ -258,7 +219,7 @@ class _Binder:
             )
 
     def _order(
-        self, query: ast.Query, returns: tuple[BoundReturn, ...], scope: _Scope, aggregates: bool
+        self, query: ast.Query, returns: tuple[BoundReturn, ...], scope: Scope, aggregates: bool
     ) -> tuple[ast.OrderItem, ...]:
         named = {column.name: column.expression for column in returns}
         bound = []
@@ -296,7 +257,7 @@ class _Binder:
     # -- expressions --------------------------------------------------------------------------------------------
 
     def _expression(
-        self, item: ast.Expression, scope: _Scope, *, aggregates: bool = False
+        self, item: ast.Expression, scope: Scope, *, aggregates: bool = False
     ) -> tuple[ast.Expression, str]:
         """The expression with its parameters filled in, and its kind."""
         match item:
@@ -316,41 +277,41 @@ class _Binder:
                 value = self._parameters.literal(self._parameters.value(item), item)
                 if item.span != ast.NOWHERE:
                     self._given[item.span] = item.name
-                return value, _KINDS[type(value)]
+                return value, OF_LITERALS[type(value)]
             case ast.ListOf():
                 return replace(item, items=tuple(self._member(x, scope) for x in item.items)), "list"
             case ast.Variable():
-                return item, self._variable(item.name, item.span, scope)
+                return item, scope.kind(item.name, item.span)
             case ast.Property():
-                return item, self._property(item, scope)
+                return item, scope.kind_of_property(item)
             case ast.Call():
                 return self._call(item, scope, aggregates)
             case ast.Negative():
                 operand, kind = self._expression(item.operand, scope, aggregates=aggregates)
-                self._expect(kind, "number", item, "minus asks for a number")
+                expect(kind, "number", item, "minus asks for a number")
                 return replace(item, operand=operand), "number"
             case ast.Arithmetic():
                 return self._arithmetic(item, scope, aggregates)
             case _:
                 return self._condition(item, scope), "boolean"
 
-    def _condition(self, item: ast.Expression, scope: _Scope) -> ast.Expression:
+    def _condition(self, item: ast.Expression, scope: Scope) -> ast.Expression:
         match item:
             case ast.And() | ast.Or():
                 parts = []
                 for part in item.items:
                     bound, kind = self._expression(part, scope)
-                    self._expect(kind, "boolean", part, f"{type(item).__name__.upper()} joins conditions")
+                    expect(kind, "boolean", part, f"{type(item).__name__.upper()} joins conditions")
                     parts.append(bound)
                 return replace(item, items=tuple(parts))
             case ast.Not():
                 bound, kind = self._expression(item.item, scope)
-                self._expect(kind, "boolean", item.item, "NOT asks for a condition")
+                expect(kind, "boolean", item.item, "NOT asks for a condition")
                 return replace(item, item=bound)
             case ast.Comparison():
                 left, one = self._expression(item.left, scope)
                 right, other = self._expression(item.right, scope)
-                self._comparable(one, other, item)
+                expect_comparable(one, other, item)
                 if item.op not in ("=", "<>") and {one, other} & {"node", "edge", "path", "list", "boolean"}:
                     raise BindError(f"'{item.op}' compares numbers or texts", span=item.span)
                 return replace(item, left=left, right=right)
@@ -363,14 +324,14 @@ class _Binder:
                 return replace(item, text=text, part=self._member(item.part, scope))
             case ast.StartsWith():
                 text, kind = self._expression(item.text, scope)
-                self._expect(kind, "text", item.text, "STARTS WITH looks at a text")
+                expect(kind, "text", item.text, "STARTS WITH looks at a text")
                 prefix, kind = self._expression(item.prefix, scope)
-                self._expect(kind, "text", item.prefix, "STARTS WITH asks for a text")
+                expect(kind, "text", item.prefix, "STARTS WITH asks for a text")
                 return replace(item, text=text, prefix=prefix)
             case ast.IsNull():
                 return replace(item, item=self._expression(item.item, scope)[0])
             case ast.Similar():
-                kind = self._variable(item.variable, item.span, scope)
+                kind = scope.kind(item.variable, item.span)
                 if kind != "node":
                     raise BindError(f"'~' asks about an object; '{item.variable}' is a {kind}", span=item.span)
                 self._meaning(item.meaning)
@@ -381,12 +342,12 @@ class _Binder:
             case _:
                 raise BindError(f"a {type(item).__name__} cannot stand here", span=item.span)
 
-    def _membership(self, item: ast.In, scope: _Scope) -> ast.Expression:
+    def _membership(self, item: ast.In, scope: Scope) -> ast.Expression:
         member, kind = self._expression(item.item, scope)
         if kind != "node":
-            self._is_value(kind, item.item)
+            expect_value(kind, item.item)
             collection, of = self._expression(item.collection, scope)
-            self._expect(of, "list", item.collection, "IN asks for a list")
+            expect(of, "list", item.collection, "IN asks for a list")
             return replace(item, item=member, collection=collection)
         if not isinstance(item.collection, ast.ListOf):
             raise BindError(
@@ -399,26 +360,18 @@ class _Binder:
         nodes = []
         for one in item.collection.items:
             bound, of = self._expression(one, scope)
-            self._comparable(kind, of, one)
+            expect_comparable(kind, of, one)
             nodes.append(bound)
         return replace(item, item=member, collection=replace(item.collection, items=tuple(nodes)))
 
-    def _member(self, item: ast.Expression, scope: _Scope) -> ast.Expression:
+    def _member(self, item: ast.Expression, scope: Scope) -> ast.Expression:
         """What may stand in a list: nodes and relations are known by their places here, which are no values."""
         bound, kind = self._expression(item, scope)
-        self._is_value(kind, item)
+        expect_value(kind, item)
         return bound
 
-    def _is_value(self, kind: str, item: ast.Expression) -> None:
-        if kind in ("node", "edge", "path"):
-            raise BindError(
-                f"a list holds values, and this is a {kind}",
-                hint="its id is a value; collect() in RETURN makes lists of nodes and relations",
-                span=item.span,
-            )
-
-    def _subpattern(self, pattern: ast.Pattern, scope: _Scope) -> None:
-        inner = _Scope(nodes=dict(scope.nodes), edges=dict(scope.edges))
+    def _subpattern(self, pattern: ast.Pattern, scope: Scope) -> None:
+        inner = scope.copy()
         for item in pattern.nodes:
             if item.variable is not None and item.variable not in scope.nodes and item.variable not in scope.edges:
                 raise BindError(
@@ -429,161 +382,34 @@ class _Binder:
                 )
         match = self._match((pattern,), inner)
         for condition in match.conditions:
-            self._check_inside(condition, scope)
+            scope.check_inside_pattern(condition)
         # What the conditions compare with is matched along with it, as a node that no edge touches.
         outer = {name: node for name, node in inner.nodes.items() if name not in match.nodes and node.named}
-        asked = set().union(*map(_nodes_named, match.conditions))
+        asked = frozenset().union(*map(variables, match.conditions))
         self._subpatterns[pattern] = replace(
             match, nodes={**match.nodes, **{name: node for name, node in outer.items() if name in asked}}
         )
 
-    def _check_inside(self, item: ast.Syntax, scope: _Scope) -> None:
-        """Inside a pattern of a condition neither scores nor relations are known: they depend on what comes of it."""
-        if isinstance(item, ast.Call) and item.name == "score":
-            raise BindError("score() is not known inside a pattern of a condition", span=item.span)
-        if isinstance(item, ast.Property | ast.Variable):
-            name = item.variable if isinstance(item, ast.Property) else item.name
-            if name in scope.edges:
-                raise BindError(
-                    f"'{name}' is a relation, which is not known inside a pattern of a condition",
-                    hint="compare it in WHERE, beside the pattern",
-                    span=item.span,
-                )
-        for part in children(item):
-            self._check_inside(part, scope)
-
-    def _variable(self, name: str, span: Span, scope: _Scope) -> str:
-        if name in scope.nodes:
-            return "node"
-        if name in scope.edges:
-            return "path" if scope.edges[name].is_path else "edge"
-        known = scope.names()
-        raise BindError(
-            f"there is no variable '{name}'",
-            hint=did_you_mean(name, known)
-            or f"MATCH names {one_of(known) or 'none'}; a text is written in quotes: '{name}'",
-            span=span,
-        )
-
-    def _property(self, item: ast.Property, scope: _Scope) -> str:
-        kind = self._variable(item.variable, item.span, scope)
-        if kind == "path":
-            raise BindError(f"'{item.variable}' is a path, which has no properties", span=item.span)
-        if kind == "edge":
-            known = list(EDGE_PROPERTIES)
-            if item.name in EDGE_PROPERTIES:
-                return EDGE_PROPERTIES[item.name]
-        else:
-            known = [*BUILT_IN, *self._catalog.properties]
-            if item.name in BUILT_IN:
-                return BUILT_IN[item.name]
-            if item.name in self._catalog.properties:
-                found = self._catalog.properties[item.name]
-                return "list" if found == "numbers" else found
-        raise BindError(
-            f"no property '{item.name}' in the store",
-            hint=did_you_mean(item.name, known) or f"there is {one_of(known, most=14)}",
-            span=item.span,
-        )
-
-    def _call(self, item: ast.Call, scope: _Scope, aggregates: bool) -> tuple[ast.Expression, str]:
-        if item.name in AGGREGATES:
-            if not aggregates:
-                raise BindError(f"{item.name}() belongs into RETURN", span=item.span)
-            signature = AGGREGATES[item.name]
-            if item.star:
-                if item.name != "count":
-                    raise BindError(f"only count takes *, {item.name} does not", span=item.span)
-                return item, "number"
-        elif item.name in FUNCTIONS:
-            signature = FUNCTIONS[item.name]
-            if item.star or item.distinct:
-                raise BindError(f"{item.name}() takes neither * nor DISTINCT", span=item.span)
-        else:
-            known = [*FUNCTIONS, *AGGREGATES]
-            raise BindError(
-                f"no function '{item.name}'",
-                hint=did_you_mean(item.name, known) or f"there is {one_of(known, most=30)}",
-                span=item.span,
-            )
-        self._arity(item, signature)
+    def _call(self, item: ast.Call, scope: Scope, aggregates: bool) -> tuple[ast.Expression, str]:
+        signature = signature_of(item, aggregates=aggregates)
         arguments = []
         for position, argument in enumerate(item.arguments):
             bound, kind = self._expression(argument, scope, aggregates=aggregates and item.name not in AGGREGATES)
             wanted = signature.takes[min(position, len(signature.takes) - 1)]
-            self._expect(kind, wanted, argument, f"{item.name}() asks for a {wanted}")
-            of = {"node": ("node",), "row": ("node", "edge", "path")}.get(wanted, ())
-            if item.name in FUNCTIONS and of and kind not in of:
-                raise BindError(f"{item.name}() asks for a {of[0]}, and this is a value", span=argument.span)
-            if wanted == "any" and kind in ("node", "edge", "path"):
-                raise BindError(f"{item.name}() asks for a value, and this is a {kind}", span=argument.span)
+            expect_argument(kind, wanted, argument, item.name)
             arguments.append(bound)
         return replace(item, arguments=tuple(arguments)), signature.gives
 
-    def _arity(self, item: ast.Call, signature: Signature) -> None:
-        most = len(signature.takes)
-        least = most - signature.optional
-        given = len(item.arguments)
-        if given < least or (given > most and not signature.variadic):
-            wanted = str(least) if least == most else f"{least} or {most}"
-            raise BindError(f"{item.name}() takes {wanted} arguments, not {given}", span=item.span)
-
-    def _arithmetic(self, item: ast.Arithmetic, scope: _Scope, aggregates: bool) -> tuple[ast.Expression, str]:
+    def _arithmetic(self, item: ast.Arithmetic, scope: Scope, aggregates: bool) -> tuple[ast.Expression, str]:
         left, one = self._expression(item.left, scope, aggregates=aggregates)
         right, other = self._expression(item.right, scope, aggregates=aggregates)
         if item.op == "+" and "text" in (one, other):
             for kind, part in ((one, item.left), (other, item.right)):
-                self._expect(kind, "text", part, "'+' joins text with text")
+                expect(kind, "text", part, "'+' joins text with text")
             return replace(item, left=left, right=right), "text"
         for kind, part in ((one, item.left), (other, item.right)):
-            self._expect(kind, "number", part, f"'{item.op}' asks for numbers")
+            expect(kind, "number", part, f"'{item.op}' asks for numbers")
         return replace(item, left=left, right=right), "number"
-
-    def _expect(self, kind: str, wanted: str, item: ast.Expression, rule: str) -> None:
-        accepted = {
-            "any": True,
-            "row": kind in ("node", "edge", "path") or wanted == "row",
-            "list": kind in ("list", "text", "path") if rule.startswith("size") else kind == "list",
-            "text": kind in ("text", "id"),
-            "number": kind in ("number", "id"),
-        }.get(wanted, kind == wanted)
-        if not accepted and kind not in ("any", "mixed"):
-            raise BindError(f"{rule}, and this is a {kind}", span=item.span)
-
-    def _comparable(self, one: str, other: str, item: ast.Expression) -> None:
-        if {one, other} & {"edge", "path"}:
-            raise BindError(
-                "relations are not compared as a whole: two edges never stand for the same one",
-                hint="compare what they say: r.label, r.source, r.target",
-                span=item.span,
-            )
-        loose = {"any", "mixed"}
-        same = (
-            one == other or loose & {one, other} or {one, other} <= {"id", "number"} or {one, other} <= {"id", "text"}
-        )
-        if not same:
-            raise BindError(f"a {one} cannot be compared with a {other}", span=item.span)
-
-
-_KINDS: Mapping[type[ast.Syntax], str] = {
-    ast.Null: "any",
-    ast.Boolean: "boolean",
-    ast.Number: "number",
-    ast.Text: "text",
-    ast.ListOf: "list",
-}
-"""The kind of a value that a parameter gives."""
-
-
-_ASK_LESS = "ask for less at once"
-
-
-def _nodes_named(item: ast.Syntax) -> set[str]:
-    """The variables that an expression names."""
-    names = set().union(*map(_nodes_named, children(item)))
-    if isinstance(item, ast.Property | ast.Similar | ast.NodePattern) and item.variable is not None:
-        names.add(item.variable)
-    return names | {item.name} if isinstance(item, ast.Variable) else names
 
 
 def _check_no_row_score(item: ast.Syntax) -> None:
@@ -606,13 +432,3 @@ def _is_of_a_row(item: ast.Syntax) -> bool:
     if isinstance(item, ast.NodePattern) and item.variable is not None:
         return True
     return any(map(_is_of_a_row, children(item)))
-
-
-def _has_aggregate(item: ast.Expression) -> bool:
-    if isinstance(item, ast.Call):
-        return item.name in AGGREGATES or any(map(_has_aggregate, item.arguments))
-    if isinstance(item, ast.Arithmetic):
-        return _has_aggregate(item.left) or _has_aggregate(item.right)
-    if isinstance(item, ast.Negative):
-        return _has_aggregate(item.operand)
-    return False

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from cgdb.grammar import ast
 from cgdb.index.graph import property_column
 from cgdb.query.bound import BoundEdge, BoundNode
+from cgdb.query.expressions import variables
 
 COLUMNS: Mapping[str, str] = {
     "id": "id",
@@ -114,44 +115,6 @@ def pushable(condition: ast.Expression, properties: Mapping[str, str]) -> bool:
     if len(names) != 1:
         return False
     return condition_text(condition, {next(iter(names)): "n"}, Cypher(), properties) is not None
-
-
-def variables(item: object) -> frozenset[str]:
-    """The variables that an expression names."""
-    if isinstance(item, ast.Variable):
-        return frozenset((item.name,))
-    if isinstance(item, (ast.Property, ast.Similar)):
-        return frozenset((item.variable,))
-    if isinstance(item, ast.PatternCondition):
-        nodes = {node.variable for node in item.pattern.nodes if node.variable is not None}
-        edges = {edge.variable for edge in item.pattern.edges if edge.variable is not None}
-        inner = [value for node in item.pattern.nodes for _, value in node.properties]
-        return frozenset(nodes | edges).union(*map(variables, inner))
-    return frozenset().union(*(variables(part) for part in parts(item)))
-
-
-def parts(item: object) -> Iterable[object]:
-    """The expressions directly inside an expression; of a list, which may be very long, not its plain values."""
-    match item:
-        case ast.And() | ast.Or():
-            return item.items
-        case ast.ListOf():
-            return [x for x in item.items if not isinstance(x, ast.Text | ast.Number | ast.Boolean | ast.Null)]
-        case ast.Not() | ast.IsNull():
-            return (item.item,)
-        case ast.Comparison() | ast.Arithmetic():
-            return (item.left, item.right)
-        case ast.In():
-            return (item.item, item.collection)
-        case ast.Contains():
-            return (item.text, item.part)
-        case ast.StartsWith():
-            return (item.text, item.prefix)
-        case ast.Negative():
-            return (item.operand,)
-        case ast.Call():
-            return item.arguments
-    return ()
 
 
 def condition_text(

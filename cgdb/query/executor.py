@@ -17,6 +17,7 @@ from cgdb.query.bindings import Bindings, Truth, always, concatenate
 from cgdb.query.bound import BoundEdge, BoundNode, BoundQuery
 from cgdb.query.evaluate import Evaluator
 from cgdb.query.expand import expand
+from cgdb.query.expressions import names_score, variables
 from cgdb.query.limits import Budget
 from cgdb.query.near import joined, near_pairs
 from cgdb.query.paths import follow
@@ -353,16 +354,10 @@ def asked_of(query: BoundQuery) -> dict[str, list[ast.Expression]]:
     """{variable: the conditions that are about it alone}, which is what score(variable) is the degree of."""
     found: dict[str, list[ast.Expression]] = {}
     for condition in query.conditions:
-        names = cypher.variables(condition)
-        if len(names) == 1 and not _mentions_score(condition):
+        names = variables(condition)
+        if len(names) == 1 and not names_score(condition):
             found.setdefault(next(iter(names)), []).append(condition)
     return found
-
-
-def _mentions_score(item: object) -> bool:
-    if isinstance(item, ast.Call) and item.name == "score":
-        return True
-    return any(map(_mentions_score, cypher.parts(item)))
 
 
 def _texts(values: object) -> np.ndarray[tuple[int], np.dtype[np.object_]]:

@@ -5,14 +5,15 @@ A plan is made by a tuple of rules, each a function from a draft to a better one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
 from cgdb.meaning.meanings import Meaning
 from cgdb.query.bound import BoundEdge, BoundMatch, BoundNode, BoundQuery
-from cgdb.query.cypher import Component, pushable, variables
+from cgdb.query.cypher import Component, pushable
+from cgdb.query.expressions import inside, names_score, variables
 
 # Seconds, measured at 1,000 to 100,000 objects; they decide where a query starts and what is tested first.
 GRAPH_STEP, GRAPH_NODE, GRAPH_ROW = 1.5e-3, 0.06e-6, 5e-6
@@ -211,9 +212,8 @@ def keep_fitting(draft: _Draft) -> _Draft:
     for condition in made.conditions:
         names = variables(condition)
         node = made.match.nodes.get(next(iter(names))) if len(names) == 1 else None
-        inner = _inside(condition)
-        weighs = any(isinstance(item, ast.Similar) for item in inner)
-        costly = any(isinstance(item, ast.PatternCondition) or _is_score(item) for item in inner)
+        weighs = any(isinstance(item, ast.Similar) for item in inside(condition))
+        costly = names_score(condition) or any(isinstance(item, ast.PatternCondition) for item in inside(condition))
         if node is not None and node.named and node.id is None and weighs and not costly:
             fitting.append((node.name, condition))
     enough = None if query.aggregates or query.limit is None else query.skip + query.limit
@@ -297,7 +297,7 @@ def _all_rows(made: Plan) -> float:
 def _patterns(made: Plan) -> int:
     """How many paths and patterns used as conditions a row is asked."""
     weighed = (*made.hidden, *made.conditions)
-    return len(made.paths) + sum(isinstance(x, ast.PatternCondition) for item in weighed for x in _inside(item))
+    return len(made.paths) + sum(isinstance(x, ast.PatternCondition) for item in weighed for x in inside(item))
 
 
 # -- estimates --------------------------------------------------------------------------------------------------
@@ -344,11 +344,7 @@ def _size(node: BoundNode, catalog: Catalog) -> float:
 def _is_test(condition: ast.Expression) -> bool:
     """Whether it is a plain yes or no, whatever else the row was asked."""
     weighed = (ast.Similar, ast.PatternCondition)
-    return not any(isinstance(item, weighed) or _is_score(item) for item in _inside(condition))
-
-
-def _is_score(item: object) -> bool:
-    return isinstance(item, ast.Call) and item.name == "score"
+    return not names_score(condition) and not any(isinstance(item, weighed) for item in inside(condition))
 
 
 def _near(condition: ast.Expression) -> Near | None:
@@ -369,18 +365,9 @@ def _near(condition: ast.Expression) -> Near | None:
 def _cost(condition: ast.Expression) -> int:
     if isinstance(condition, ast.PatternCondition):
         return 4
-    inner = list(_inside(condition))
+    inner = tuple(inside(condition))
     if any(isinstance(item, ast.PatternCondition) for item in inner):
         return 4
     if any(isinstance(item, ast.Similar) for item in inner):
         return 3 if not isinstance(condition, ast.Similar) else 2
     return 1 if any(isinstance(item, ast.Call) for item in inner) else 0
-
-
-def _inside(item: object) -> Sequence[object]:
-    from cgdb.query.cypher import parts
-
-    found = [item]
-    for part in parts(item):
-        found.extend(_inside(part))
-    return found

@@ -12,9 +12,9 @@ from cgdb.errors import Span
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
 from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning
-from cgdb.query import cypher
 from cgdb.query.bindings import Bindings
 from cgdb.query.bound import BoundEdge, BoundQuery
+from cgdb.query.expressions import parts
 from cgdb.query.planner import Plan
 from cgdb.result import Reason
 
@@ -102,7 +102,7 @@ def _leaves(item: object) -> list[object]:
     if isinstance(item, (ast.Similar, ast.PatternCondition, ast.Call, ast.Property)):
         return [item]
     found: list[object] = []
-    for part in cypher.parts(item):
+    for part in parts(item):
         found.extend(_leaves(part))
     return found
 

@@ -15,9 +15,9 @@ from cgdb.index.catalog import merge
 from cgdb.query.answer import SceneRows, answer
 from cgdb.query.binder import bind
 from cgdb.query.bound import BoundQuery
-from cgdb.query.cypher import parts
 from cgdb.query.executor import Executor, Profile, meanings_of
 from cgdb.query.explain import plan_text
+from cgdb.query.expressions import parts
 from cgdb.query.limits import Budget
 from cgdb.query.parameters import check_value
 from cgdb.query.planner import Plan, plan
