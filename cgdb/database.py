@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from cgdb.result import Result, StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View, canonical_id
 from cgdb.storage.freshness import Fresh
 from cgdb.storage.ledger import FILE as LEDGER
-from cgdb.storage.ledger import Changes, Ledger, Revision, SceneInfo, SceneWriter
+from cgdb.storage.ledger import Changes, Ledger, OnExisting, Revision, SceneInfo, SceneWriter
 from cgdb.storage.text_vectors import TextVectors
 from cgdb.view import SceneView
 
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from cgdb.model.llm import Model
     from cgdb.model.rerank import Reranker
 
-OnExisting = Literal["error", "replace", "merge"]
 AsOf = int | str | datetime | None
 ENCODE_BATCH = 1024
 

@@ -21,13 +21,13 @@ from cgdb.errors import FormatError
 from cgdb.scene import SceneGraph
 
 if TYPE_CHECKING:
-    from cgdb.database import OnExisting
     from cgdb.ingest.detections.detections import Detections, Detector
     from cgdb.ingest.frames.recording import Frame, Recording
     from cgdb.ingest.mapping.checkpoint import Progress
     from cgdb.ingest.mapping.mapper import Mapper
     from cgdb.ingest.mapping.sessions import Names
     from cgdb.scene import ObjectId
+    from cgdb.storage.ledger import OnExisting
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,17 @@ from cgdb.storage.snapshot import read_scene_graph
 from cgdb.storage.verify import Cloud
 from cgdb.storage.writer import OnExisting, SceneWriter
 
-__all__ = ["Changes", "Damage", "Ledger", "NodeRow", "RelationRow", "Revision", "SceneInfo", "SceneWriter"]
+__all__ = [
+    "Changes",
+    "Damage",
+    "Ledger",
+    "NodeRow",
+    "OnExisting",
+    "RelationRow",
+    "Revision",
+    "SceneInfo",
+    "SceneWriter",
+]
 
 FILE = "ledger.sqlite"
 
@@ -251,7 +261,7 @@ class Ledger:
                 on_existing=on_existing,
                 frame=frame,
                 up=up,
-                spaces=tuple(spaces),
+                spaces=spaces,
                 provenance=provenance,
             )
             yield writer
@@ -271,19 +281,7 @@ class Ledger:
             scene_id, old = self._find(connection, name, number)
             if old is None or old.removed:
                 raise StoreError(f"there is no scene '{name}'")
-            writer = SceneWriter(
-                self._engine,
-                connection,
-                number=number,
-                scene_id=scene_id,
-                old=old,
-                name=name,
-                on_existing="merge",
-                frame=None,
-                up=None,
-                spaces=(),
-                provenance=None,
-            )
+            writer = SceneWriter(self._engine, connection, number=number, scene_id=scene_id, old=old, name=name)
             revision = writer.finish_removal(message)
             connection.commit()
             return revision

@@ -139,25 +139,25 @@ class TextVectors:
                     if not write:
                         return None
                     sqlite.create_file(self.path)
-                engine = sqlite.engine(self.path, read_only=self.read_only, patience=self._patience)
-                try:
-                    self._engine = self._prepared(engine)
-                except BaseException:
-                    engine.dispose()
-                    raise
+                with contextlib.ExitStack() as undo:
+                    engine = sqlite.engine(self.path, read_only=self.read_only, patience=self._patience)
+                    undo.callback(engine.dispose)
+                    if self._prepared(engine):
+                        undo.pop_all()
+                        self._engine = engine
             return self._engine
 
-    def _prepared(self, engine: Engine) -> Engine | None:
+    def _prepared(self, engine: Engine) -> bool:
+        """Whether the table is there; made where it can be."""
         with engine.connect() as connection:
             if sqlite.has_table(connection, _vectors.name):
-                return engine
+                return True
         if self.read_only:
-            engine.dispose()
-            return None
+            return False
         with sqlite.writing(engine) as connection:
             _metadata.create_all(connection)
             connection.commit()
-        return engine
+        return True
 
     def _set_aside(self) -> None:
         """Keep the damaged file for whoever wants to look, out of the way. Its log would only damage the next one."""

@@ -49,11 +49,11 @@ class SceneWriter:
         scene_id: int,
         old: Header | None,
         name: str,
-        on_existing: OnExisting,
-        frame: str | None,
-        up: str | None,
-        spaces: tuple[FeatureSpace, ...],
-        provenance: Mapping[str, Any] | None,
+        on_existing: OnExisting = "merge",
+        frame: str | None = None,
+        up: str | None = None,
+        spaces: Iterable[FeatureSpace] = (),
+        provenance: Mapping[str, Any] | None = None,
     ) -> None:
         self.revision: int | None = None
         self.scene = name
