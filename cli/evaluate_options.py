@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from cgdb.cli.command_line import Parser, as_json, command, conversation, encoders, quiet, reranker, scenes, written
-from cgdb.evaluation.judged import LAYOUT
 
 CLOUDS = """\
 the truth, a labelled cloud:
@@ -32,6 +31,21 @@ A node is valid where it is an annotated object, right where it is called so
 too. Without a truth: --sheet form.json writes a form, form_pictures/ with the
 best views, and form.html, a page to judge in; each person saves a form of their
 own, and --verdicts counts them; the majority decides."""
+
+JUDGEMENTS = """\
+the judgements, a JSON file:
+  {"maps/house.json": [                      a map, as a path relative to any folder above the file
+      {"id": "q1",                           its name in the results
+       "kind": "affordance",                 queries are counted by kind
+       "query": "Something to sit on",
+       "relevant": {"12": 2, "7": 1}},       ids of objects: 2 clearly answers it, 1 arguably
+      {"id": "q2", "kind": "affordance", "query": "A harp", "relevant": {}}]}    nothing answers it
+
+R@k: of the n queries that have an object of grade 2, the share with one of these among the first k; 95 %: of R@1, by
+bootstrap over queries. MRR: of the same queries, the mean of 1 over the place of the first. A query with no relevant
+object at all should be answered with "nothing fits": no P and no R, precision and recall of saying so, are over these
+and the ones with a grade 2; a query whose objects are all of grade 1 counts for neither. tokens and s (seconds): the
+median per query."""
 
 
 def add(commands: Any) -> None:
@@ -142,7 +156,8 @@ def _retrieval(evaluations: Any) -> None:
         "retrieval",
         "evaluate:retrieval",
         "answer judged queries in several ways, and print a table of scores",
-        "cgdb eval retrieval lab.json --judgements judgements.json --ways encoder,built-in,model+rerank\n\n" + LAYOUT,
+        "cgdb eval retrieval lab.json --judgements judgements.json --ways encoder,built-in,model+rerank\n\n"
+        + JUDGEMENTS,
     )
     retrieval.add_argument("maps", nargs="*", metavar="MAP", help="the maps to ask (all that the judgements name)")
     retrieval.add_argument("--judgements", required=True, metavar="FILE", help="the judged queries, laid out as below")

@@ -1,4 +1,7 @@
-"""Judged queries: questions to maps, with the objects that answer them, and the grade of each."""
+"""Judged queries: questions to maps, with the objects that answer them, and the grade of each.
+
+`cgdb eval retrieval --help` shows how the file is laid out.
+"""
 
 from __future__ import annotations
 
@@ -9,21 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from cgdb.errors import UsageError, one_of
-
-LAYOUT = """\
-the judgements, a JSON file:
-  {"maps/house.json": [                      a map, as a path relative to any folder above the file
-      {"id": "q1",                           its name in the results
-       "kind": "affordance",                 queries are counted by kind
-       "query": "Something to sit on",
-       "relevant": {"12": 2, "7": 1}},       ids of objects: 2 clearly answers it, 1 arguably
-      {"id": "q2", "kind": "affordance", "query": "A harp", "relevant": {}}]}    nothing answers it
-
-R@k: of the n queries that have an object of grade 2, the share with one of these among the first k; 95 %: of R@1, by
-bootstrap over queries. MRR: of the same queries, the mean of 1 over the place of the first. A query with no relevant
-object at all should be answered with "nothing fits": no P and no R, precision and recall of saying so, are over these
-and the ones with a grade 2; a query whose objects are all of grade 1 counts for neither. tokens and s (seconds): the
-median per query."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
