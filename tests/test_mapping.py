@@ -390,7 +390,7 @@ def test_features_may_come_late_and_stay_away() -> None:
 
 def test_the_mean_feature_is_the_mean() -> None:
     mapper = mapped(5)
-    unit = mapper.objects.unit("clip")
+    unit = mapper.objects.features.unit("clip")
     assert unit is not None
     for at, obj in enumerate(mapper.objects.all):
         number = [box.name for box in ROOM].index(obj.label)
@@ -407,11 +407,10 @@ def test_halves_of_a_thing_are_merged_and_different_things_are_not() -> None:
     table = next(i for i, obj in enumerate(mapper.objects.all) if obj.label == "table")
     thing, other = mapper.objects.all[table], mapper.objects._born
     rows = np.flatnonzero((mapper.voxels.owners[: mapper.voxels.count] == thing.id).any(axis=1)).astype(np.int32)
-    mapper.objects.all.append(dataclasses.replace(thing, id=other, n=3, views=[], labels=thing.labels.copy()))
-    mapper.objects._born += 1
-    for sums in mapper.objects._sums.values():
+    mapper.objects._add_new(dataclasses.replace(thing, id=other, n=3, views=[], labels=thing.labels.copy()))
+    for sums in mapper.objects.features.sums().values():
         sums[before] = sums[table]
-    mapper.objects._units.clear()
+    mapper.objects.features._units.clear()
     half = rows[::2]
     mapper.voxels.vote(half, np.full(len(half), other, np.int32), np.full(len(half), 50, np.float32))
     assert tidy.merge(mapper.objects, mapper.voxels, mapper.opinions, how.tidying, how.consensus) == 1

@@ -92,7 +92,7 @@ def associate(
 
 def _strange(lifted: Lifted, found: Detections, objects: Objects, how: Association) -> NDArray[np.bool_]:
     """(k, n) bool: which objects, of which it is known how they look, do not look like which detections."""
-    known = objects.unit(found.space)
+    known = objects.features.unit(found.space)
     if found.features is None or known is None:
         return np.zeros((len(lifted), len(objects)), np.bool_)
     settled = np.array([obj.n >= how.settled for obj in objects.all], np.bool_)
@@ -109,7 +109,7 @@ def _swallowed(
     score: NDArray[np.floating],
 ) -> NDArray[np.intp]:
     """The detections that are in an object only because some mask once covered both."""
-    known = objects.unit(found.space)
+    known = objects.features.unit(found.space)
     if found.features is None or known is None:
         return np.zeros(0, np.intp)
     cosine = (found.features[lifted.source] * known[best]).sum(axis=1)
@@ -123,7 +123,7 @@ def _swallowed(
 
 def semantic(lifted: Lifted, found: Detections, objects: Objects, kind: Semantic) -> NDArray[np.float32]:
     """(k, n) float32 how alike detections and objects look."""
-    known = objects.unit(found.space)
+    known = objects.features.unit(found.space)
     if found.features is None or known is None:
         return np.full((len(lifted), len(objects)), UNKNOWN, np.float32)
     cosine: NDArray[np.float32] = found.features[lifted.source] @ known.T

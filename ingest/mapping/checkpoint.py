@@ -50,7 +50,7 @@ def save(mapper: Mapper, path: Path, done: dict[str, Progress]) -> None:
     half = path.with_suffix(".half")
     arrays: dict[str, Any] = {name: getattr(mapper.voxels, name)[: mapper.voxels.count] for name in COLUMNS}
     arrays["free"] = mapper.voxels.free
-    arrays.update({f"space:{name}": sums for name, sums in mapper.objects.sums().items()})
+    arrays.update({f"space:{name}": sums for name, sums in mapper.objects.features.sums().items()})
     arrays.update(mapper.objects.sights())
     if mapper.presence is not None:
         arrays.update({f"presence:{part.name}": getattr(mapper.presence, part.name) for part in fields(Presence)})

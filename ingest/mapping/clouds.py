@@ -32,7 +32,7 @@ def scene_of(
     """The objects that were seen often enough, with their clouds. encoder: of the features; texts find them by it."""
     how = mapper.how.tidying
     clouds = object_rows(mapper)
-    units = {space: mapper.objects.unit(space) for space in mapper.objects.spaces()}
+    units = {space: mapper.objects.features.unit(space) for space in mapper.objects.features.spaces()}
     made = []
     for at, obj in enumerate(mapper.objects.all):
         rows = clouds[at]
@@ -43,7 +43,7 @@ def scene_of(
         }
         made.append(scene_object(obj, rows, mapper.voxels, features, up, mapper.objects.crops))
     spaces = tuple(
-        FeatureSpace(name=space, dimension=d, encoder=encoder) for space, d in mapper.objects.spaces().items()
+        FeatureSpace(name=space, dimension=d, encoder=encoder) for space, d in mapper.objects.features.spaces().items()
     )
     return SceneGraph(
         name=name,

@@ -55,7 +55,7 @@ class Opinions:
         if len(shown) < 2:
             return
         one, two = np.triu_indices(len(shown), 1)
-        unit = objects.unit(space)
+        unit = objects.features.unit(space)
         if unit is not None:
             looks = unit.take(shown, axis=0)
             near = np.flatnonzero((looks @ looks.T)[one, two] >= how.alike)

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.errors import FormatError
 from cgdb.ingest.detections.detections import Detections
 from cgdb.ingest.detections.overlap import within
 from cgdb.ingest.frames.recording import Frame
 from cgdb.ingest.mapping.crops import LONGEST, LONGEST_OF_ROOM, Cropper, Crops, packed
+from cgdb.ingest.mapping.features import Features
 from cgdb.ingest.mapping.lift import STRONG, Lifted
 from cgdb.ingest.mapping.oriented import outermost
 from cgdb.ingest.mapping.voxels import Ints, Voxels
@@ -68,42 +68,19 @@ class MapObject:
 
 
 class Objects:
-    """The objects, by position, and the sums of their features as matrices that grow with them."""
+    """The objects, by position, with their features and crops."""
 
     def __init__(self, *, renormalise: bool = False, views: int = VIEWS, crops: bool = True) -> None:
         """views: the best sightings that are kept of each. crops: whether they are kept as pictures too."""
         self.all: list[MapObject] = []
+        self.features = Features(renormalise=renormalise)
         self.crops = Crops()
         self._views, self._with_crops = views, crops
         self._born = 0
-        self._renormalise = renormalise
-        self._sums: dict[str, NDArray[np.float32]] = {}
-        self._units: dict[str, NDArray[np.float32]] = {}
-        self._changed: dict[str, set[int]] = {}
         self._background: dict[str, int] = {}
-        self._room = 64
 
     def __len__(self) -> int:
         return len(self.all)
-
-    def background(self, label: str) -> int | None:
-        """The position of the one object of a background class, if there is one yet."""
-        return self._background.get(label)
-
-    def unit(self, space: str) -> NDArray[np.float32] | None:
-        """(n, d) float32 the mean features, at unit length, until the next change; None where no detection had any."""
-        sums = self._sums.get(space)
-        if sums is None:
-            return None
-        unit, changed = self._units.get(space), sorted(self._changed.get(space, ()))
-        if unit is None or len(unit) != len(sums):
-            unit, changed = np.zeros_like(sums), list(range(len(self.all)))
-            self._units[space] = unit
-        if changed:
-            rows = sums[changed]
-            unit[changed] = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
-            self._changed[space] = set()
-        return unit[: len(self.all)]
 
     def places(self) -> Ints:
         """The position of each object by its id, -1 where there is none, and at the end, where -1 looks."""
@@ -114,26 +91,6 @@ class Objects:
     def ids(self, at: NDArray[np.integer]) -> Ints:
         """The ids of the objects at positions (k,)."""
         return np.array([self.all[i].id for i in at.tolist()], np.int32)
-
-    def looks(self) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
-        """The mean features of what the objects look like, and of what they are called."""
-        names = list(self._sums)
-        image = next((name for name in names if not name.endswith("_text")), None)
-        text = next((name for name in names if name.endswith("_text")), None)
-        return (None if image is None else self.unit(image)), (None if text is None else self.unit(text))
-
-    def spaces(self) -> dict[str, int]:
-        """{feature space: dimension}."""
-        return {name: sums.shape[1] for name, sums in self._sums.items()}
-
-    def check(self, found: Detections, where: str) -> None:
-        """FormatError where a frame's features are not of the dimensions of those before."""
-        for space, values in _features(found):
-            known = self._sums.get(space)
-            if known is not None and values.shape[1] != known.shape[1]:
-                raise FormatError(
-                    f"{where}: features of {values.shape[1]} numbers, those before it had {known.shape[1]}"
-                )
 
     def fuse(
         self, frame: Frame, found: Detections, lifted: Lifted, matches: NDArray[np.intp], background: NDArray[np.bool_]
@@ -172,15 +129,13 @@ class Objects:
     def _add_new(self, obj: MapObject) -> None:
         self.all.append(obj)
         self._born += 1
-        if len(self.all) > self._room:
-            self._make_room(2 * self._room)
+        self.features.append()
 
     def _add(
         self, at: int, frame: Frame, found: Detections, source: int, lifted: Lifted, k: int, cropper: Cropper | None
     ) -> None:
         obj = self.all[at]
-        for space, values in _features(found):
-            self._add_feature(space, at, values[source], obj.n)
+        self.features.add(at, found, source, obj.n)
         obj.n += 1
         obj.widest = max(obj.widest, int(lifted.solid[k]))
         obj.confidence += float(found.confidence[source])
@@ -214,32 +169,9 @@ class Objects:
         else:
             heapq.heappush(obj.views, sighting)
 
-    def _add_feature(self, space: str, at: int, feature: NDArray[np.float32], n: int) -> None:
-        if space not in self._sums:
-            self._sums[space] = np.zeros((self._room, len(feature)), np.float32)
-        sums = self._sums[space]
-        sums[at] += feature
-        self._changed.setdefault(space, set()).add(at)
-        if self._renormalise:
-            # The reference's variant: unit length after every fold, so that the sum is worth n of them again.
-            sums[at] *= (n + 1) / max(float(np.linalg.norm(sums[at])), 1e-12)
-
-    def _make_room(self, room: int) -> None:
-        """Rows for so many objects in every matrix, also of objects that have no feature of a space."""
-        self._room = room
-        self._units.clear()
-        for space, sums in self._sums.items():
-            made = np.zeros((room, sums.shape[1]), np.float32)
-            made[: min(room, len(sums))] = sums[:room]
-            self._sums[space] = made
-
     def to_record(self) -> dict[str, Any]:
         """Everything but the features, as plain values."""
         return {"born": self._born, "background": self._background, "all": [_record_of(obj) for obj in self.all]}
-
-    def sums(self) -> dict[str, NDArray[np.float32]]:
-        """{space: (n, d) the sums of the features}."""
-        return {name: sums[: len(self.all)] for name, sums in self._sums.items()}
 
     def sights(self) -> dict[str, NDArray[Any]]:
         """The poses (m, 4, 4) and crops of all sightings, in the order of to_record; a crop that is none is empty."""
@@ -250,7 +182,7 @@ class Objects:
     def fill(
         self, record: dict[str, Any], sums: dict[str, NDArray[np.float32]], sights: dict[str, NDArray[Any]]
     ) -> None:
-        """Become what to_record, sums and sights told of."""
+        """Become what to_record, the sums of the features and sights told of."""
         poses, data, ends = sights["poses"], sights["crops"], sights["crop_ends"].tolist()
         if poses.shape != (len(ends), 4, 4) or [0, *ends] != sorted([0, *ends]) or (ends and ends[-1] != len(data)):
             raise ValueError("sightings that do not fit each other")
@@ -265,17 +197,14 @@ class Objects:
         if len({obj.id for obj in self.all}) < len(self.all) or not all(0 <= obj.id < self._born for obj in self.all):
             raise ValueError("objects of one number, or of one that was never given")
         self._background = {str(label): int(at) for label, at in record["background"].items()}
-        self._sums = {name: np.ascontiguousarray(values, np.float32) for name, values in sums.items()}
-        if any(len(values) != len(self.all) for values in self._sums.values()):
-            raise ValueError("features of another number of objects")
-        self._make_room(max(64, 2 * len(self.all)))
+        self.features.become(sums, len(self.all))
 
     def adopt(self, objects: list[MapObject], sums: dict[str, NDArray[np.float32]]) -> None:
-        """Become these objects, whose crops are kept here already; sums: as sums() gives them."""
-        self.all, self._sums = objects, sums
+        """Become these objects, whose crops are kept here already; sums: of their features."""
+        self.all = objects
+        self.features.become(sums, len(objects))
         self._born = max((obj.id for obj in objects), default=-1) + 1
         self._background = {obj.label: at for at, obj in enumerate(objects) if obj.background}
-        self._make_room(max(64, 2 * len(objects)))
 
     def merge(self, into: NDArray[np.intp], voxels: Voxels) -> None:
         """Fold each object i into object into[i] (itself: it stays; -1: it goes), here and in the voxels."""
@@ -285,8 +214,6 @@ class Objects:
                 self.crops.drop(sighting.crop)
         for i in np.flatnonzero((into != np.arange(len(self.all))) & (into >= 0)).tolist():
             self._absorb(self.all[into[i]], self.all[i])
-            for sums in self._sums.values():
-                sums[into[i]] += sums[i]
         number = np.full(len(self.all) + 1, -1, np.int32)
         number[stays] = np.arange(len(stays), dtype=np.int32)
         names = np.where(into >= 0, number[into], -1).astype(np.int32)
@@ -297,8 +224,7 @@ class Objects:
         if taker:
             voxels.rename(rows, taker)
         self.all = [self.all[i] for i in stays.tolist()]
-        self._sums = {space: sums[stays] for space, sums in self._sums.items()}
-        self._make_room(max(64, 2 * len(stays)))
+        self.features.merge(into)
         self._background = {label: int(names[at]) for label, at in self._background.items() if names[at] >= 0}
 
     def _absorb(self, kept: MapObject, gone: MapObject) -> None:
@@ -323,13 +249,6 @@ def _within(box: NDArray[np.float32], frame: Frame) -> tuple[float, float, float
     left, right = sorted(np.clip(box[0::2], 0, width).tolist())
     top, bottom = sorted(np.clip(box[1::2], 0, height).tolist())
     return left, top, right, bottom
-
-
-def _features(found: Detections) -> Iterator[tuple[str, NDArray[np.float32]]]:
-    """(space, (n, d) values) of what the detections have."""
-    for space, values in ((found.space, found.features), (f"{found.space}_text", found.text_features)):
-        if values is not None:
-            yield space, values
 
 
 def claims(lifted: Lifted, went: Ints) -> tuple[Ints, Ints, NDArray[np.float32]]:

@@ -85,7 +85,7 @@ class Mapper:
         how = self.how
         if self.sessions and self.sessions[-1].first:
             frame = replace(frame, index=frame.index + self.sessions[-1].first)
-        self.objects.check(found, frame.name)
+        self.objects.features.check(found, frame.name)
         found = select(found, frame, self._selection)
         room = np.array([how.background == "merge" and label in BACKGROUND for label in found.labels], np.bool_)
         lifted = lift(frame, found, self.voxels, how.lifting, whole=room)

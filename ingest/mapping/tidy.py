@@ -108,7 +108,7 @@ def _candidates(objects: Objects, how: Tidying, things: NDArray[np.bool_]) -> ND
         pairs &= low[some, axis, None] <= high[None, :, axis] + 1
         pairs &= low[None, :, axis] <= high[some, axis, None] + 1
     pairs[np.arange(len(some)), some] = False
-    for unit, least in zip(objects.looks(), (how.semantic, how.text), strict=True):
+    for unit, least in zip(objects.features.looks(), (how.semantic, how.text), strict=True):
         if unit is not None:
             pairs &= unit[some] @ unit.T > least
     found = np.zeros((n, n), np.bool_)
@@ -124,7 +124,7 @@ def look_the_same(objects: Objects) -> NDArray[np.bool_]:
     """
     n = np.array([obj.n for obj in objects.all], np.float64)
     same = np.zeros((len(n), len(n)), np.bool_)
-    image = next((sums for name, sums in objects.sums().items() if not name.endswith("_text")), None)
+    image = next((sums for name, sums in objects.features.sums().items() if not name.endswith("_text")), None)
     if image is None or not (n > 1).any():
         return same
     mean = image / n[:, None]
