@@ -77,12 +77,19 @@ def _reranker(options: Namespace) -> bool | str:
     return options.rerank or not options.no_rerank
 
 
-def needed_model(options: Namespace) -> Model:
-    """The model that the options of a command name. UsageError where there is none."""
+def model_of(options: Namespace) -> Model | None:
+    """The model that the options of a command name, or the configured one."""
     from cgdb.model.rerank import configured
 
     given = chosen(options)
-    found = configured() if given is True else None if given is False else given
+    if isinstance(given, bool):
+        return configured() if given else None
+    return given
+
+
+def needed_model(options: Namespace) -> Model:
+    """The same. UsageError where there is none."""
+    found = model_of(options)
     if found is None:
         raise UsageError(
             "some of these ways ask a language model, and none is configured",

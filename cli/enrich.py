@@ -15,7 +15,7 @@ from cgdb.errors import CgdbError
 
 if TYPE_CHECKING:
     from cgdb.enrich.calls import Pace
-    from cgdb.model.llm import Model, Usage
+    from cgdb.model.llm import Usage
 
 
 class _Work(Protocol):
@@ -32,7 +32,9 @@ class _Work(Protocol):
 def enrich(options: Namespace) -> int:
     """Everyday knowledge as properties."""
     with cgdb.open(options.store) as db:
-        work = db.enrich(model=_model(options), scenes=options.scene or (), robot=options.robot, batch=options.batch)
+        work = db.enrich(
+            model=ask.model_of(options), scenes=options.scene or (), robot=options.robot, batch=options.batch
+        )
         estimate = work.estimate()
         told = f"{estimate.objects:,} objects; {estimate.descriptions:,} descriptions to ask, {estimate.known:,} known"
         return _done(work, estimate, told, "descriptions", options, lambda: {"objects with properties": work.changed})
@@ -42,7 +44,7 @@ def caption(options: Namespace) -> int:
     """Captions and names from best views."""
     with cgdb.open(options.store) as db:
         work = db.caption(
-            model=_model(options),
+            model=ask.model_of(options),
             scenes=options.scene or (),
             views=options.views,
             together=options.together,
@@ -69,7 +71,7 @@ def relate(options: Namespace) -> int:
     """Relations of things that touch or overlap."""
     with cgdb.open(options.store) as db:
         work = db.relate(
-            model=_model(options),
+            model=ask.model_of(options),
             scenes=options.scene or (),
             every_pair=options.every_pair,
             reach=options.reach,
@@ -89,15 +91,6 @@ def relate(options: Namespace) -> int:
             options,
             lambda: {"relations by the model": work.related, "contradicting geometry": work.contradictions},
         )
-
-
-def _model(options: Namespace) -> Model | None:
-    from cgdb.model.rerank import configured
-
-    found = ask.chosen(options)
-    if isinstance(found, bool):
-        return configured() if found else None
-    return found
 
 
 def _pace(options: Namespace) -> Pace:

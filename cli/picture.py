@@ -26,8 +26,8 @@ _TITLE, _FOOT = 0.52, 0.34
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
-    """view: one of VIEWS. color: one of COLORS, None for what suits the map. labels: at most so many names.
-    size: width and height in pixels, None for what suits the view. title, note: the lines above the picture.
+    """view: one of VIEWS. color: rgb, class, score or instance, None for what suits the map. labels: at most so many
+    names. size: width and height in pixels, None for what suits the view. title, note: the lines above the picture.
     """
 
     view: str = "plan"

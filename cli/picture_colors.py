@@ -17,7 +17,6 @@ from cgdb.export.cloud import distinct
 if TYPE_CHECKING:
     from cgdb.cli.picture_scene import PictureScene
 
-COLORS = ("rgb", "class", "score", "instance")
 _DIMMED = 0.45
 """How far what is not in the result is moved towards the paper."""
 _LIGHT = {THING: 0.0, WALL: 0.5, FLOOR: 0.35, CEILING: 0.5}

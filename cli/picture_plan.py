@@ -129,20 +129,7 @@ def _boxes(axes: Any, scene: PictureScene, coloring: Coloring) -> None:
             continue
         marked = bool(scene.number[i])
         outlines.append(shapes[i])
-        faces.append(
-            (
-                colors[i],
-                0.16
-                if marked and with_cloud[i]
-                else 0.5
-                if marked
-                else 0.0
-                if with_cloud[i]
-                else 0.05
-                if scene.vast[i]
-                else 0.3,
-            )
-        )
+        faces.append((colors[i], _opacity(marked, with_cloud=bool(with_cloud[i]), vast=bool(scene.vast[i]))))
         plain = with_cloud[i] and not marked and not coloring.legend
         edges.append(
             (
@@ -170,6 +157,13 @@ def _boxes(axes: Any, scene: PictureScene, coloring: Coloring) -> None:
         linewidths=0,
         zorder=3.5,
     )
+
+
+def _opacity(marked: bool, *, with_cloud: bool, vast: bool) -> float:
+    """Of the fill of a box: what is marked stands out, and what has points is seen through."""
+    if marked:
+        return 0.16 if with_cloud else 0.5
+    return 0.0 if with_cloud else 0.05 if vast else 0.3
 
 
 def darker(color: str, share: float = 0.3) -> str:
