@@ -7,22 +7,21 @@ and the answer says so. Whatever a model writes is parsed, bound and run as any 
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cgdb.asking.answer import Answer, first_node
-from cgdb.asking.draft import Draft, among_previous
+from cgdb.asking.draft import Draft
 from cgdb.asking.explained import Explained, explained
 from cgdb.asking.intake import LONGEST_QUESTION, follow_up, scenes_named
 from cgdb.asking.intake import checked as checked_question
 from cgdb.asking.narrowed import narrowed
 from cgdb.asking.reordered import failing, has_an_order, reordered, reranker_of
-from cgdb.asking.shortlist import by_score, of_objects, shortlist, uncut
-from cgdb.asking.survey import surveyed
+from cgdb.asking.shortlist import shortlist
+from cgdb.asking.statements import among_previous, best_of, by_score, like, of_objects, returns_total, uncut
+from cgdb.asking.survey import list_values, places, surveyed
 from cgdb.asking.wording import facts
 from cgdb.errors import (
     BindError,
@@ -48,7 +47,6 @@ from cgdb.model.prompts import describing, with_picture
 from cgdb.model.rerank import ModelReranker, Reranker
 from cgdb.model.translation_prompt import Surroundings
 from cgdb.model.turned import turned
-from cgdb.query.expressions import is_total
 from cgdb.query.limits import Limits
 from cgdb.result import Result, Row
 
@@ -201,31 +199,13 @@ class _Asking:
             tags = [tag for node in hits.nodes if (tag := node.tag or node.caption)]
         return Surroundings(
             catalog=self.catalog,
-            places=self._places(),
+            places=places(self.views),
             tags=tags,
             scenes=[view.info.name for view in self.views],
-            values=self._values(),
+            values=list_values(self.views, self.catalog),
             parameters=given,
             before=None if self.previous is None else self.previous.question,
         )
-
-    def _places(self) -> list[str]:
-        found: dict[str, None] = {}
-        for view in self.views[:20]:
-            for label in view.catalog.labels:
-                if label != "Object":
-                    positions = view.columns.of_label(label)[:100]
-                    found.update({node.tag: None for node in view.stored(positions).values() if node.tag})
-        return list(found)
-
-    def _values(self) -> dict[str, list[str]]:
-        """What stands in the properties that are lists, the most frequent first."""
-        found = {}
-        for name in (name for name, kind in self.catalog.properties.items() if kind == "list"):
-            columns = (view.column(name) for view in self.views[:20])
-            lists = (value for column in columns for value in column if isinstance(value, (list, tuple)))
-            found[name] = [str(value) for value, _ in Counter(chain.from_iterable(lists)).most_common(20)]
-        return found
 
     def _of_model(self, tree: ast.Query) -> Draft:
         """A model's statement, run. That it names a scene or revision that is not there is an error of its own."""
@@ -253,7 +233,7 @@ class _Asking:
         if self.as_of is not None:
             moment = ast.Text(value=self.as_of) if isinstance(self.as_of, str) else ast.Number(value=self.as_of)
             tree = replace(tree, as_of=moment)
-        if most is not None and tree.limit is None and not any(is_total(item.expression) for item in tree.returns):
+        if most is not None and tree.limit is None and not returns_total(tree):
             tree = replace(tree, limit=ast.Number(value=most))
         return tree
 
@@ -290,13 +270,13 @@ class _Asking:
             question, among = back.question, back.among
             self.parameters["previous"] = list(back.ids)
         there = "previous" in self.parameters
-        made = translate(question, self.catalog, setting=surveyed(self.views, self._places(), previous=there))
+        made = translate(question, self.catalog, setting=surveyed(self.views, previous=there))
         if there and len(self.views) > 1 and (among or "$previous" in made.text):
             # What was found before is in some scenes, and asked in their words.
             self.views = [self.db.view(name, self.as_of) for name in self._scenes_before()]
             self.names = tuple(view.info.name for view in self.views)
             self.catalog = merge(view.catalog for view in self.views)
-            made = translate(question, self.catalog, setting=surveyed(self.views, self._places(), previous=there))
+            made = translate(question, self.catalog, setting=surveyed(self.views, previous=there))
         tree, understood = made.query, tuple(made.understood)
         if among:
             tree = among_previous(tree)
@@ -326,19 +306,14 @@ class _Asking:
         return ", ".join(names[:3]) + (f" and {len(names) - 3:,} more" if len(names) > 3 else "")
 
     def _by_picture(self) -> Draft:
-        node = ast.NodePattern(variable="o", meaning=ast.Parameter(name="picture"))
-        tree = ast.Query(
-            patterns=(ast.Pattern(nodes=(node,)),),
-            returns=(ast.ReturnItem(expression=ast.Variable(name="o")),),
-            limit=ast.Number(value=10),
-        )
-        return replace(self._carried_out(tree), how="built-in", understood=("what looks like the picture",))
+        draft = self._carried_out(best_of(like(ast.Parameter(name="picture")), 10))
+        return replace(draft, how="built-in", understood=("what looks like the picture",))
 
     # -- the answer ---------------------------------------------------------------------------------------------
 
     def _shown_nearest(self, draft: Draft) -> Draft:
         """Where no row came at all: the nearest things, none of which fits."""
-        if draft.result.rows or any(is_total(item.expression) for item in draft.tree.returns):
+        if draft.result.rows or returns_total(draft.tree):
             return draft
         if draft.made is not None and self.reranker is None:
             return draft  # they are looked for with what each of them lacks
@@ -351,13 +326,7 @@ class _Asking:
         """The things that are nearest to what was wanted, whatever else was asked."""
         meaning = next((node.meaning for p in draft.tree.patterns for node in p.nodes if node.meaning), None)
         text = draft.wanted or (meaning.value if isinstance(meaning, ast.Text) else "") or self.asked
-        node = ast.NodePattern(variable="o", meaning=ast.Text(value=text[:LONGEST_QUESTION]))
-        tree = ast.Query(
-            patterns=(ast.Pattern(nodes=(node,)),),
-            returns=(ast.ReturnItem(expression=ast.Variable(name="o")),),
-            limit=ast.Number(value=count),
-        )
-        found = self._carried_out(tree).result.rows
+        found = self._carried_out(best_of(like(ast.Text(value=text[:LONGEST_QUESTION])), count)).result.rows
         return tuple(failing(row, draft.result.query) for row in found)
 
     def _reranked(self, draft: Draft) -> Answer | None:
@@ -392,17 +361,15 @@ class _Asking:
             return  # only what was found before can be the answer
         if draft.how != "built-in":
             warnings = list(self.warnings)
+            rows: tuple[Row, ...] = ()
             try:
-                other = self._built_in().result
+                rows = self._built_in().result.rows
             except QueryCancelled:
                 raise
             except CgdbError:
-                pass  # a second opinion that nobody asked for
-            else:
-                self.warnings = warnings
-                for row in other.rows:
-                    if first_node(row) is not None:
-                        yield failing(row, draft.result.query)
+                pass  # a second opinion that nobody asked for; nor are its warnings told
+            self.warnings = warnings
+            yield from (failing(row, draft.result.query) for row in rows if first_node(row) is not None)
         yield from self._nearest(draft, most)
 
     def _catalog_of(self, scene: str) -> Catalog:

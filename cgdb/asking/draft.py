@@ -34,16 +34,3 @@ class Draft:
         if self.limit is None:
             return self
         return replace(self, result=replace(self.result, rows=self.result.rows[: self.limit]), limit=None)
-
-
-def among_previous(tree: ast.Query) -> ast.Query:
-    """The statement, asked only of what the answer before found."""
-    first = tree.returns[0].expression
-    name = first.name if isinstance(first, ast.Variable) else tree.patterns[0].nodes[0].variable
-    if name is None:
-        return tree
-    among = ast.In(item=ast.Property(variable=name, name="id"), collection=ast.Parameter(name="previous"))
-    if tree.where is None:
-        return replace(tree, where=among)
-    rest = tree.where.items if isinstance(tree.where, ast.And) else (tree.where,)
-    return replace(tree, where=ast.And(items=(among, *rest)))

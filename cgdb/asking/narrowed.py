@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
+from cgdb.asking.statements import also, best_of
 from cgdb.grammar import ast
 from cgdb.result import Result, StoredNode
 
@@ -28,23 +28,14 @@ def narrowed(tree: ast.Query, run: Run) -> tuple[ast.Query, tuple[str, ...]] | N
         for node in pattern.nodes:
             if node.variable is None or not isinstance(node.meaning, ast.Text):
                 continue
-            rows = run(_like(node, most + 1)).rows
+            rows = run(best_of(node, most + 1)).rows
             fitting = [value for row in rows if row.fits and isinstance(value := row[0], StoredNode)]
             if len(fitting) > most:
                 notes.append(f"more than {most:,} things fit '{node.meaning.value}'; the best {most:,} were compared")
             among.append(_in(node.variable, fitting[:most]))
     if not among:
         return None
-    rest = () if tree.where is None else tree.where.items if isinstance(tree.where, ast.And) else (tree.where,)
-    return replace(tree, where=ast.And(items=(*among, *rest))), tuple(notes)
-
-
-def _like(node: ast.NodePattern, most: int) -> ast.Query:
-    return ast.Query(
-        patterns=(ast.Pattern(nodes=(node,)),),
-        returns=(ast.ReturnItem(expression=ast.Variable(name=node.variable or "o")),),
-        limit=ast.Number(value=most),
-    )
+    return also(tree, *among), tuple(notes)
 
 
 def _in(variable: str, nodes: list[StoredNode]) -> ast.Expression:

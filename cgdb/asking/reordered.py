@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from cgdb.asking.answer import first_node
 from cgdb.asking.draft import Draft
 from cgdb.asking.shortlist import identity
+from cgdb.asking.statements import returns_total
 from cgdb.model.llm import Meter, Model
 from cgdb.model.rerank import Judgement, ModelReranker, Reranker, named
-from cgdb.query.expressions import is_total
 from cgdb.result import Reason, Row
 from cgdb.scene import ObjectId
 
@@ -44,7 +44,7 @@ def has_an_order(draft: Draft) -> bool:
     if draft.tree.order and not draft.result.nothing_fits:
         return True
     rows = draft.result.rows
-    return not rows or first_node(rows[0]) is None or any(is_total(item.expression) for item in draft.tree.returns)
+    return not rows or first_node(rows[0]) is None or returns_total(draft.tree)
 
 
 def reordered(draft: Draft, question: str, best: Sequence[Row], reranker: Reranker, meter: Meter) -> Reordered:

@@ -7,12 +7,9 @@ shortlist is what the question finds when it is read in other ways, and a LIMIT 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from cgdb.asking.answer import first_node
-from cgdb.grammar import ast
-from cgdb.query.expressions import is_total
 from cgdb.result import Row
 
 OTHERS = 0.4
@@ -51,43 +48,3 @@ def _widened(row: Row, width: int) -> Row:
     if len(row) == width:
         return row
     return Row((first_node(row), *[None] * (width - 1)), row.score, row.fits, lambda: row.why)
-
-
-# -- statements -------------------------------------------------------------------------------------------------
-
-
-def of_objects(tree: ast.Query) -> ast.Query:
-    """The statement, returning its object too where it only returns texts and numbers of it."""
-    returned = [item.expression for item in tree.returns]
-    if tree.distinct or any(isinstance(item, ast.Variable) or is_total(item) for item in returned):
-        return tree
-    named = {node.variable for pattern in tree.patterns for node in pattern.nodes if node.variable}
-    variable = next(
-        (item.variable for item in returned if isinstance(item, ast.Property) and item.variable in named), None
-    )
-    if variable is None:
-        return tree
-    return replace(tree, returns=(ast.ReturnItem(expression=ast.Variable(name=variable)), *tree.returns))
-
-
-def by_score(tree: ast.Query) -> ast.Query:
-    """The statement without an ORDER BY score ... DESC: the best come first anyway, and nothing was measured."""
-    names = {item.name for item in tree.returns if item.name and _is_score(item.expression)}
-    for item in tree.order:
-        is_name = isinstance(item.expression, ast.Variable) and item.expression.name in names
-        if not item.descending or not (_is_score(item.expression) or is_name):
-            return tree
-    return replace(tree, order=())
-
-
-def _is_score(item: ast.Expression) -> bool:
-    return isinstance(item, ast.Call) and item.name == "score"
-
-
-def uncut(tree: ast.Query, most: int) -> tuple[ast.Query, int | None]:
-    """The statement with at least ``most`` rows, and its own LIMIT where that was less; an order is left alone."""
-    if tree.order or tree.skip is not None or not isinstance(tree.limit, ast.Number) or tree.limit.value >= most:
-        return tree, None
-    if any(is_total(item.expression) for item in tree.returns):
-        return tree, None
-    return replace(tree, limit=ast.Number(value=most)), int(tree.limit.value)

@@ -41,12 +41,10 @@ def whereabouts(nodes: Sequence[StoredNode], catalog_of: CatalogOf, run: Run) ->
 
 
 def _rooms(node: StoredNode, catalog: Catalog, run: Run) -> list[Fact]:
-    holders = {a for a, b in catalog.relations.get("contains", {}) if b == "Object" and a != "Object"}
-    label = "Room" if "Room" in catalog.labels else min(holders, default=None)
+    label = catalog.room_label
     if label is None:
         return []
-    hops = 1 if (label, "Object") in catalog.relations.get("contains", {}) else 3
-    edge = ast.EdgePattern(labels=("contains",), max_hops=hops)
+    edge = ast.EdgePattern(labels=("contains",), max_hops=catalog.hops_to_objects(label))
     room = ast.NodePattern(variable="r", label=label)
     rows = run(_of(node, (room, _subject(node)), edge, ("r",))).rows
     return [

@@ -139,7 +139,7 @@ class _Writer:
                 columns.extend(found[1])
                 if measured.op == "~":
                     self.assumed.append(f"{measured.text}: give or take a tenth")
-        form = given(asked, self.values, tuple(columns), label=self._place_label(), wanted=self.wanted)
+        form = given(asked, self.values, tuple(columns), label=self.catalog.room_label, wanted=self.wanted)
         self._note_superlatives()
         if form.says:
             self._say(form.says)
@@ -190,13 +190,13 @@ class _Writer:
         if asked.state is not None and self._state_property() is None:
             asked = replace(asked, state=None, wanted=asked.with_state)
             self.assumed.append(f"{asked.with_state}: the map holds no states, so that was matched by meaning")
-        if self._place_label() is None and (asked.places or asked.not_places):
+        if self.catalog.room_label is None and (asked.places or asked.not_places):
             where = f"in the {' or '.join(asked.places)}" if asked.places else ""
             denied = tuple(f"in the {place}" for place in asked.not_places)
             self.assumed.append(f"{' '.join((where, *denied)).strip()}: the map holds no rooms, so the words decide")
             asked = replace(asked, wanted=f"{asked.wanted} {where}".strip(), places=(), not_places=())
             asked = replace(asked, excluded=(*asked.excluded, *denied))
-        if self._place_label() is None and asked.form in ("room", "per room"):
+        if self.catalog.room_label is None and asked.form in ("room", "per room"):
             self.ignored.append("the map holds no rooms")
         if not relation_names.related(self.catalog):
             back = tuple(one for one in asked.located if PREVIOUS in one.anchors)
@@ -240,20 +240,13 @@ class _Writer:
             self.assumed.append("the map holds no relations, so the words of the captions decide what is where")
         return replace(asked, located=tuple(left))
 
-    def _place_label(self) -> str | None:
-        """The label of rooms, where the store holds any."""
-        if "Room" in self.catalog.labels:
-            return "Room"
-        holders = {a for a, b in self.catalog.relations.get("contains", {}) if b == "Object" and a != "Object"}
-        return min(holders) if holders else None
-
     def _state_property(self) -> str | None:
         return next((name for name in ("states", "state") if name in self.catalog.properties), None)
 
     # -- the subject --------------------------------------------------------------------------------------------
 
     def _subject(self, asked: Asked, *, previous: bool) -> ast.Pattern:
-        label = self._place_label()
+        label = self.catalog.room_label
         if singular(self.wanted.casefold()) == "room" and asked.form in ("find", "count", "exists", "per scene"):
             if label is None:
                 self.ignored.append("the map holds no rooms")
@@ -358,11 +351,10 @@ class _Writer:
 
     def _contains(self, label: str) -> ast.EdgePattern:
         """From a room to what it holds, through other places where the map nests them."""
-        direct = (label, "Object") in self.catalog.relations.get("contains", {})
-        return ast.EdgePattern(labels=("contains",), max_hops=1 if direct else 3)
+        return ast.EdgePattern(labels=("contains",), max_hops=self.catalog.hops_to_objects(label))
 
     def _in_place(self, name: str) -> ast.Expression:
-        label = self._place_label()
+        label = self.catalog.room_label
         assert label is not None, "places that the store lacks have been put back into the text"
         rooms = [
             ast.NodePattern(label=label, properties=(("name", ast.Text(value=known)),)) for known in self._called(name)

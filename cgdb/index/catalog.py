@@ -63,6 +63,18 @@ class Catalog:
         return sum(self.relations.get(label, {}).values())
 
     @property
+    def room_label(self) -> str | None:
+        """The label of rooms, or else of whatever places hold objects; None where none do."""
+        if "Room" in self.labels:
+            return "Room"
+        holders = {a for a, b in self.relations.get("contains", {}) if b == "Object" and a != "Object"}
+        return min(holders, default=None)
+
+    def hops_to_objects(self, label: str) -> int:
+        """How many ``contains`` lead from a place of this label to its objects, at most: places may nest."""
+        return 1 if (label, "Object") in self.relations.get("contains", {}) else 3
+
+    @property
     def columns(self) -> dict[str, str]:
         """{property: column type} of those properties that the graph index holds."""
         return {name: COLUMN_TYPES[kind] for name, kind in self.properties.items() if kind in COLUMN_TYPES}
