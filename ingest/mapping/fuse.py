@@ -146,7 +146,7 @@ class Objects:
         np.maximum(obj.high, lifted.high[k], out=obj.high)
         if lifted.extremes is not None:
             obj.extremes = outermost(obj.extremes, lifted.extremes[k])
-        self._see(obj, int(lifted.points[k]), frame, _within(found.xyxy[source], frame), cropper)
+        self._see(obj, int(lifted.points[k]), frame, _in_picture(found.xyxy[source], frame), cropper)
 
     def _see(
         self,
@@ -243,7 +243,7 @@ class Objects:
         heapq.heapify(kept.views)
 
 
-def _within(box: NDArray[np.float32], frame: Frame) -> tuple[float, float, float, float]:
+def _in_picture(box: NDArray[np.float32], frame: Frame) -> tuple[float, float, float, float]:
     """A detector's box (4,) as left, top, right, bottom inside the frame, whatever the file made of it."""
     height, width = frame.depth.shape
     left, right = sorted(np.clip(box[0::2], 0, width).tolist())

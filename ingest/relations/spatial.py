@@ -23,14 +23,18 @@ texts); query them either way. Walls, floors, ceilings and whole rooms only ever
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cgdb.ingest.relations.boxes import Bools, Floats, Ints, Prisms, center_gap, ground_gap, near_pairs, overlap_area
+from cgdb.ingest.relations.found import Found, together
 
 LABELS = ("on", "in", "under", "above", "next_to", "near")
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 _CHUNK = 1 << 15
 """Pairs measured in one go; each takes about 2 kB while it is."""
@@ -98,16 +102,6 @@ USUAL = Limits()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Found:
-    """Relations of one label as arrays: source, target (p,) rows; confidence (p,); rank (p,), least is kept first."""
-
-    source: Ints
-    target: Ints
-    confidence: Floats
-    rank: Floats
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Measures:
     """What is known of the ordered pairs a[k] -> b[k]: gaps in metres, shares of a's and b's footprint, (p,) each.
 
@@ -136,19 +130,18 @@ def relate(shapes: Prisms, limits: Limits, structure: Bools) -> dict[str, Found]
         measures = _measure(shapes, first[at : at + _CHUNK], second[at : at + _CHUNK])
         for label, part in _judge(shapes, measures, limits, structure).items():
             parts[label].append(part)
-    found = {label: _concatenate(part) for label, part in parts.items()}
+    found = {label: together(part) for label, part in parts.items()}
     hovers = found.pop("hovers")
     held = np.concatenate([found["on"].source, found["in"].source])
-    hovers = _first_per_source(_take(hovers, ~np.isin(hovers.source, held)), 1)
-    found["on"] = _concatenate([found["on"], hovers])
-    found["under"] = _without(found["under"], hovers.target, hovers.source)
-    found["near"] = _without(found["near"], hovers.target, hovers.source)
-    found["near"] = _without(found["near"], hovers.source, hovers.target)
+    hovers = hovers.take(~np.isin(hovers.source, held)).first_per_source(1)
+    found["on"] = together([found["on"], hovers])
+    found["under"] = found["under"].without(hovers.turned())
+    found["near"] = found["near"].without(hovers).without(hovers.turned())
     for label in ("on", "in", "under"):
-        found[label] = _first_per_source(found[label], limits.per_object)
-    found["above"] = dataclasses.replace(found["under"], source=found["under"].target, target=found["under"].source)
-    found["next_to"] = _first_per_either(found["next_to"], limits.per_object)
-    found["near"] = _first_per_either(found["near"], limits.near_count)
+        found[label] = found[label].first_per_source(limits.per_object)
+    found["above"] = found["under"].turned()
+    found["next_to"] = found["next_to"].first_per_either(limits.per_object)
+    found["near"] = found["near"].first_per_either(limits.near_count)
     return found
 
 
@@ -194,16 +187,14 @@ def _judge(shapes: Prisms, m: _Measures, limits: Limits, structure: Bools) -> di
     resting, inside, standing = _within(shapes, m, limits)
     on = np.maximum(touching, np.where(free, resting, 0.0))
     inside = np.where(free, inside, 0.0)
-    once = len(m.a) // 2
-    mirrored = np.concatenate([np.arange(once, 2 * once), np.arange(once)])
-    stacked = (on > 0) | (on[mirrored] > 0)
-    claimed = stacked | (inside > 0) | (inside[mirrored] > 0)
+    claimed = (on > 0) | (inside > 0)
+    claimed |= _mirror(claimed)
 
     below = np.where(free & ~claimed, _below(shapes, m, limits), 0.0)
     # What lies flat below a thing that stands on it is under it; what stands within a box may be under a table top.
-    below = np.maximum(below, np.where(free & (shapes.height[m.a] <= limits.flat), touching[mirrored], 0.0))
+    below = np.maximum(below, np.where(free & (shapes.height[m.a] <= limits.flat), _mirror(touching), 0.0))
     below = np.where(free, np.maximum(below, standing), 0.0)
-    level = (below > 0) | (below[mirrored] > 0)
+    level = (below > 0) | (_mirror(below) > 0)
 
     beside, by = _beside(shapes, m, limits)
     beside = np.where(free & ~claimed, np.maximum(np.where(level, 0.0, beside), by), 0.0)
@@ -307,9 +298,10 @@ def _volume(shapes: Prisms) -> Floats:
     return volume
 
 
-def _mirror(values: Floats) -> Floats:
+def _mirror(values: NDArray[Scalar]) -> NDArray[Scalar]:
+    """Of each pair what is known of it the other way."""
     once = len(values) // 2
-    return np.concatenate([values[once:], values[:once]])
+    return np.roll(values, once)
 
 
 def _once(values: Floats) -> Floats:
@@ -321,50 +313,3 @@ def _found(m: _Measures, confidence: Floats, rank: Floats) -> Found:
     at = np.flatnonzero(confidence > 0)
     # Ranks to a tenth of a millimetre: equal distances stay equal however the map is turned, and ids break the tie.
     return Found(source=m.a[at], target=m.b[at], confidence=confidence[at], rank=np.round(rank[at], 4))
-
-
-def _concatenate(parts: list[Found]) -> Found:
-    return Found(
-        source=np.concatenate([part.source for part in parts]),
-        target=np.concatenate([part.target for part in parts]),
-        confidence=np.concatenate([part.confidence for part in parts]),
-        rank=np.concatenate([part.rank for part in parts]),
-    )
-
-
-def _take(found: Found, rows: Ints | Bools) -> Found:
-    return Found(
-        source=found.source[rows], target=found.target[rows], confidence=found.confidence[rows], rank=found.rank[rows]
-    )
-
-
-def _place_in_group(group: Ints, rank: Floats, tie: Ints) -> Ints:
-    """(p,) how many of the same group come before each row, by rank and then tie."""
-    order = np.lexsort((tie, rank, group))
-    sorted_group = group[order]
-    starts = np.flatnonzero(np.concatenate([[True], sorted_group[1:] != sorted_group[:-1]])) if len(group) else order
-    sizes = np.diff(np.append(starts, len(group)))
-    place = np.empty(len(group), dtype=np.int64)
-    place[order] = np.arange(len(group)) - np.repeat(starts, sizes)
-    return place
-
-
-def _without(found: Found, source: Ints, target: Ints) -> Found:
-    """Leave out the given pairs."""
-    if not len(source):
-        return found
-    rows = 1 + int(max(source.max(), target.max(), found.source.max(initial=0), found.target.max(initial=0)))
-    return _take(found, ~np.isin(found.source * rows + found.target, source * rows + target))
-
-
-def _first_per_source(found: Found, count: int) -> Found:
-    return _take(found, _place_in_group(found.source, found.rank, found.target) < count)
-
-
-def _first_per_either(found: Found, count: int) -> Found:
-    """Keep a symmetric pair that is among the first of one of its two ends."""
-    group = np.concatenate([found.source, found.target])
-    other = np.concatenate([found.target, found.source])
-    first = _place_in_group(group, np.concatenate([found.rank, found.rank]), other) < count
-    half = len(found.source)
-    return _take(found, first[:half] | first[half:])
