@@ -7,14 +7,14 @@ views go into one call. Replies are kept in the store's folder as they come; wha
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
-from cgdb.enrich.calls import Pace, Turn, cost, each
+from cgdb.enrich.calls import Pace, Turn, cost
 from cgdb.enrich.kept import Kept, key_of
+from cgdb.enrich.numbered import own_meter
 from cgdb.enrich.prompts import (
     INVALID,
     LONGEST_CAPTION,
@@ -27,14 +27,16 @@ from cgdb.enrich.prompts import (
     refining_schema,
     seeing,
 )
-from cgdb.errors import StoreError, UsageError
-from cgdb.model.llm import Message, Meter, Model, ModelError, Usage, estimated_tokens
+from cgdb.enrich.work import Task, Work
+from cgdb.errors import UsageError
+from cgdb.model.llm import Message, Meter, Model, ModelError, estimated_tokens
 from cgdb.model.llm_json import ask_json
 from cgdb.model.prompts import clean
-from cgdb.scene import PropertyValue, SceneObject, View
+from cgdb.scene import ObjectId, PropertyValue, SceneObject, View
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+    from cgdb.storage.ledger import SceneWriter
 
 FILE = "captions.jsonl"
 VERSION = 1
@@ -78,19 +80,20 @@ class Captioned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Task:
+class _Caption(Task):
     """An object to ask of. n: of its crops; images: they, best first, when its turn is near. detected: its names."""
 
-    scene: str
-    id: int | str
+    id: ObjectId
     n: int
     detected: tuple[str, ...]
-    key: str
     images: tuple[bytes, ...] = ()
 
 
-class Captioning:
-    """The work on some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+class Captioning(Work[_Caption, Captioned]):
+    """The captions of some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+
+    kind, adds = "caption", "captions"
+    needs = "to caption a map, a vision model is asked"
 
     def __init__(
         self,
@@ -106,15 +109,11 @@ class Captioning:
         """model None: only to estimate. again: also objects that have a caption, which is then replaced."""
         if not 1 <= views <= 100:
             raise UsageError(f"1 to 100 views of each object, not {views}")
-        self._db, self._model = db, model
-        self._views, self._at_once, self._again, self._pace = views, together, again, pace or Pace()
-        self._kept = Kept(db.path / FILE, checked)
-        self._names = list(scenes) or [info.name for info in db.scenes()]
+        super().__init__(db, model, Kept(db.path / FILE, checked), scenes=scenes, pace=pace)
+        self._views, self._at_once, self._again = views, together, again
         self._objects = self._bare = 0
-        self._tasks = [task for scene in self._names for task in self._tasks_of(scene)]
-        self.usage = Usage()
-        self.revisions: dict[str, int] = {}
-        self.changed = self.invalid = self.unanswered = 0
+        self._tasks = [task for scene in self._scenes for task in self._tasks_of(scene)]
+        self.changed = self.invalid = 0
 
     def estimate(self) -> Estimate:
         """Calls, tokens and, where prices are configured, what they cost."""
@@ -139,35 +138,9 @@ class Captioning:
             cost=cost(self._model, prompt, completion),
         )
 
-    def run(self) -> Iterator[tuple[int, int]]:
-        """Ask, yielding (objects done, of all) after each; then write. ModelError where the model fails.
-
-        What was answered until then is kept: the next run goes on from there.
-        """
-        if self._model is None:
-            raise UsageError(
-                "to caption a map, a vision model is asked, and none is configured",
-                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
-            )
-        if self._db.read_only:
-            raise StoreError(f"{self._db.path} cannot be written, so nothing would be kept")
-        model, missing = self._model, self._missing()
-        tasks = (replace(task, images=self._images(task.scene, task.id)) for task in missing)
-        ask = self._together if self._at_once else self._one_by_one
-        for i, answered in enumerate(each(model, tasks, partial(ask, model), self._pace), start=1):
-            self.usage = self.usage + answered.usage
-            if answered.answer is None:
-                self.unanswered += 1
-            else:
-                task = answered.item
-                about = {"object": task.id, "model": model.name}
-                self._kept.put(task.key, answered.answer, answered.answer.as_json(), about)
-            yield i, len(missing)
-        self._write(model)
-
     # -- asking -------------------------------------------------------------------------------------------------
 
-    def _tasks_of(self, scene: str) -> Iterator[_Task]:
+    def _tasks_of(self, scene: str) -> Iterator[_Caption]:
         # In one pass: to look for the views of each object costs a reading of all of them for every one without.
         seen = {
             id: [sha256(image).hexdigest()[:16] for image in self._shown(views)]
@@ -182,56 +155,34 @@ class Captioning:
                 self._bare += 1
                 continue
             detected = _detected(obj)
-            key = key_of(VERSION, self._model_name(), self._at_once, shown, detected)
-            yield _Task(scene=scene, id=obj.id, n=len(shown), detected=detected, key=key)
-
-    def _images(self, scene: str, id: int | str) -> tuple[bytes, ...]:
-        return self._shown(self._db.views(id, scene=scene))
+            key = key_of(VERSION, self._model_name, self._at_once, shown, detected)
+            yield _Caption(scene=scene, key=key, about={"object": obj.id}, id=obj.id, n=len(shown), detected=detected)
 
     def _shown(self, views: Sequence[View]) -> tuple[bytes, ...]:
         return tuple(view.image for view in views if view.image is not None)[: self._views]
 
-    def _model_name(self) -> str:
-        return (self._model.settings.model or "") if self._model is not None else ""
+    def _loaded(self, batch: Sequence[_Caption]) -> Sequence[_Caption]:
+        return [replace(task, images=self._shown(self._db.views(task.id, scene=task.scene))) for task in batch]
 
-    def _missing(self) -> list[_Task]:
-        return [task for task in self._tasks if self._kept.get(task.key) is None]
-
-    def _together(self, model: Model, task: _Task, meter: Meter, _: Turn) -> Captioned:
-        messages = seeing([picture_url(image) for image in task.images], task.detected)
-        room = 4 * (REFINED_TOKENS + CAPTION_TOKENS * task.n)
-        return _usable(_refined(model, messages, refining_schema(captions=True), room, meter))
-
-    def _one_by_one(self, model: Model, task: _Task, meter: Meter, turn: Turn) -> Captioned:
-        captions = []
-        for image in task.images:
-            captions.append(_looked(model, image, meter))
-            turn()
-        captions = [caption for caption in captions if caption]
-        found = _refined(model, refining(captions, task.detected), refining_schema(), 4 * REFINED_TOKENS, meter)
-        return replace(_usable(found), captions=tuple(captions))
+    def _ask(self, model: Model, batch: Sequence[_Caption], meter: Meter, turn: Turn) -> Mapping[int, Captioned]:
+        (task,) = batch
+        return {0: _together(model, task, meter) if self._at_once else _one_by_one(model, task, meter, turn)}
 
     # -- writing ------------------------------------------------------------------------------------------------
 
-    def _write(self, model: Model) -> None:
-        for scene in self._names:
-            known = {task.id: self._kept.get(task.key) for task in self._tasks if task.scene == scene}
-            if not any(known.values()):
-                continue
-            message = f"captions from {clean(model.name, 100)}"
-            with self._db.write(scene, kind="caption", on_existing="merge", message=message) as writer:
-                # Read while nobody else can write: what a mapper that runs beside has added since is not undone.
-                changed = [
-                    new
-                    for obj in self._db.scene(scene).objects
-                    if (found := known.get(obj.id)) is not None
-                    and (new := _described(obj, found, model.name)) is not obj
-                ]
-                writer.objects(changed)
-            if writer.revision is not None:
-                self.revisions[scene] = writer.revision
-            self.changed += len(changed)
-            self.invalid += sum(obj.properties.get(INVALID) is True for obj in changed)
+    def _as_json(self, known: Captioned) -> Any:
+        return known.as_json()
+
+    def _add(self, writer: SceneWriter, scene: str, model: Model) -> None:
+        known = {task.id: self._kept.get(task.key) for task in self._tasks if task.scene == scene}
+        changed = [
+            new
+            for obj in self._db.scene(scene).objects
+            if (found := known.get(obj.id)) is not None and (new := _described(obj, found, model.name)) is not obj
+        ]
+        writer.objects(changed)
+        self.changed += len(changed)
+        self.invalid += sum(obj.properties.get(INVALID) is True for obj in changed)
 
 
 def checked(answer: Any) -> Captioned | None:
@@ -254,25 +205,30 @@ def checked(answer: Any) -> Captioned | None:
     )
 
 
+def _together(model: Model, task: _Caption, meter: Meter) -> Captioned:
+    messages = seeing([picture_url(image) for image in task.images], task.detected)
+    room = 4 * (REFINED_TOKENS + CAPTION_TOKENS * task.n)
+    return _refined(model, messages, refining_schema(captions=True), room, meter)
+
+
+def _one_by_one(model: Model, task: _Caption, meter: Meter, turn: Turn) -> Captioned:
+    captions = []
+    for image in task.images:
+        captions.append(_looked(model, image, meter))
+        turn()
+    captions = [caption for caption in captions if caption]
+    found = _refined(model, refining(captions, task.detected), refining_schema(), 4 * REFINED_TOKENS, meter)
+    return replace(found, captions=tuple(captions))
+
+
 def _looked(model: Model, image: bytes, meter: Meter) -> str:
-    own = model.meter()  # the deadline is that of one question, and an object is as many as it has views
-    try:
+    with own_meter(model, meter) as own:
         return clean(model.chat(looking(picture_url(image)), own, max_tokens=4 * CAPTION_TOKENS).said, LONGEST_CAPTION)
-    finally:
-        meter.add(own.usage)
 
 
-def _refined(
-    model: Model, messages: list[Message], schema: dict[str, Any], room: int, meter: Meter
-) -> Captioned | None:
-    own = model.meter()
-    try:
-        return checked(ask_json(model, messages, own, name="object", schema=schema, max_tokens=room))
-    finally:
-        meter.add(own.usage)
-
-
-def _usable(found: Captioned | None) -> Captioned:
+def _refined(model: Model, messages: list[Message], schema: dict[str, Any], room: int, meter: Meter) -> Captioned:
+    with own_meter(model, meter) as own:
+        found = checked(ask_json(model, messages, own, name="object", schema=schema, max_tokens=room))
     if found is None:
         raise ModelError("the model gives the object no name")
     return found

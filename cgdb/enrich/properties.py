@@ -7,20 +7,24 @@ once all is known. What a map says itself is never overwritten.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from cgdb.enrich.calls import cost
+from cgdb.enrich.calls import Pace, Turn, cost
 from cgdb.enrich.kept import Kept, key_of
-from cgdb.errors import StoreError, UsageError
-from cgdb.model.llm import Meter, Model, Usage, estimated_tokens
+from cgdb.enrich.numbered import answers
+from cgdb.enrich.prompts import RIGIDITIES, ROBOT, WEIGHTS, enriching, enriching_schema
+from cgdb.enrich.work import Task, Work
+from cgdb.errors import UsageError
+from cgdb.model.llm import Meter, Model, estimated_tokens
 from cgdb.model.llm_json import ask_json
-from cgdb.model.prompts import RIGIDITIES, ROBOT, WEIGHTS, clean, enriching, enriching_schema
+from cgdb.model.prompts import clean
 from cgdb.scene import PropertyValue, SceneObject
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+    from cgdb.storage.ledger import SceneWriter
 
 FILE = "enriched.jsonl"
 VERSION = 1
@@ -52,8 +56,18 @@ class Estimate:
     cost: float | None = None
 
 
-class Enrichment:
-    """The work on some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Description(Task):
+    """What a model is told of some objects, in whatever scene."""
+
+    text: str
+
+
+class Enrichment(Work[_Description, Known]):
+    """The properties of some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+
+    kind, adds = "enrich", "properties"
+    needs = "to enrich a store, a language model is asked"
 
     def __init__(
         self,
@@ -67,120 +81,62 @@ class Enrichment:
         """model None: only to estimate. robot: for whom things are traversable or not."""
         if batch < 1:
             raise UsageError(f"a batch has at least one description, not {batch}")
-        self._db, self._model, self._batch = db, model, batch
+        super().__init__(db, model, Kept(db.path / FILE, _read), scenes=scenes, batch=batch, pace=Pace(workers=1))
         self._robot = " ".join((robot or "").split())[:200] or ROBOT
-        names = scenes or [info.name for info in db.scenes()]
-        self._objects: dict[str, list[SceneObject]] = {
-            name: list(db.scene(name, features=False, clouds=False).objects) for name in names
-        }
-        self._kept = Kept(db.path / FILE, _read)
-        self.usage = Usage()
-        self.revisions: dict[str, int] = {}
+        objects = [obj for name in self._scenes for obj in db.scene(name, features=False, clouds=False).objects]
+        self._objects = len(objects)
+        texts = dict.fromkeys(text for obj in objects if (text := description(obj)) is not None)
+        self._tasks = [
+            _Description(scene=None, key=self._key(text), about={"description": text}, text=text) for text in texts
+        ]
         self.changed = 0
-        self.unanswered = 0
 
     def estimate(self) -> Estimate:
         """Calls, tokens and, where prices are configured, what they cost."""
-        missing, known = self._missing()
-        batches = [missing[start : start + self._batch] for start in range(0, len(missing), self._batch)]
-        prompt = sum(estimated_tokens(enriching(batch, self._robot)) for batch in batches)
-        completion = len(missing) * REPLY_TOKENS
+        batches = self._batches()
+        pending = sum(map(len, batches))
+        prompt = sum(estimated_tokens(enriching([task.text for task in batch], self._robot)) for batch in batches)
+        completion = pending * REPLY_TOKENS
         return Estimate(
-            objects=sum(map(len, self._objects.values())),
-            descriptions=len(missing),
-            known=known,
+            objects=self._objects,
+            descriptions=pending,
+            known=len(self._tasks) - pending,
             calls=len(batches),
             prompt_tokens=prompt,
             completion_tokens=completion,
             cost=cost(self._model, prompt, completion),
         )
 
-    def run(self) -> Iterator[tuple[int, int]]:
-        """Ask, yielding (descriptions done, of all) after each call; then write. ModelError where the model fails.
-
-        What was answered until then is kept: the next run goes on from there.
-        """
-        if self._model is None:
-            raise UsageError(
-                "to enrich a store, a language model is asked, and none is configured",
-                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
-            )
-        if self._db.read_only:
-            raise StoreError(f"{self._db.path} cannot be written, so nothing would be kept")
-        missing, _ = self._missing()
-        for start in range(0, len(missing), self._batch):
-            self._ask(self._model, missing[start : start + self._batch])
-            yield min(start + self._batch, len(missing)), len(missing)
-        self._write(self._model)
-
-    # -- asking -------------------------------------------------------------------------------------------------
-
-    def _missing(self) -> tuple[list[str], int]:
-        """The descriptions that were not asked for yet, and how many were."""
-        texts = dict.fromkeys(
-            text for objects in self._objects.values() for obj in objects if (text := description(obj)) is not None
-        )
-        missing = [text for text in texts if self._kept.get(self._key(text)) is None]
-        return missing, len(texts) - len(missing)
-
     def _key(self, text: str) -> str:
-        name = (self._model.settings.model or "") if self._model is not None else ""
-        return key_of(VERSION, name, self._robot, text)
+        return key_of(VERSION, self._model_name, self._robot, text)
 
-    def _ask(self, model: Model, texts: Sequence[str]) -> None:
-        answered = self._answers(model, texts)
-        for text in texts:
-            if text not in answered and len(texts) > 1:
-                # What a batch left out is asked for alone, once.
-                answered.update(self._answers(model, [text]))
-            if text in answered:
-                known = answered[text]
-                self._kept.put(self._key(text), known, dict(known), {"description": text, "model": model.name})
-            else:
-                self.unanswered += 1
-
-    def _answers(self, model: Model, texts: Sequence[str]) -> dict[str, Known]:
-        meter: Meter = model.meter()
-        try:
-            answer = ask_json(
+    def _ask(self, model: Model, batch: Sequence[_Description], meter: Meter, turn: Turn) -> Mapping[int, Known]:
+        def asked(tasks: Sequence[_Description], meter: Meter) -> Mapping[str, Any]:
+            return ask_json(
                 model,
-                enriching(texts, self._robot),
+                enriching([task.text for task in tasks], self._robot),
                 meter,
                 name="objects",
                 schema=enriching_schema(),
-                max_tokens=60 + 2 * REPLY_TOKENS * len(texts),
+                max_tokens=60 + 2 * REPLY_TOKENS * len(tasks),
             )
-        finally:
-            self.usage = self.usage + meter.usage
-        listed = answer.get("objects", [answer] if len(texts) == 1 else [])
-        found: dict[str, Known] = {}
-        for item in listed if isinstance(listed, list) else ():
-            number = item.get("number", 1 if len(texts) == 1 else None) if isinstance(item, dict) else None
-            if isinstance(number, int) and not isinstance(number, bool) and 1 <= number <= len(texts):
-                known = checked(item)
-                if known:
-                    found[texts[number - 1]] = known
-        return found
 
-    # -- writing ------------------------------------------------------------------------------------------------
+        return answers(model, batch, asked, "objects", _read, meter, turn)
 
-    def _write(self, model: Model) -> None:
-        for name in self._objects:
-            message = f"properties from {clean(model.name, 100)}"
-            changed = []
-            with self._db.write(name, kind="enrich", on_existing="merge", message=message) as writer:
-                # Read while nobody else can write: what a mapper that runs beside has added since is not undone.
-                for obj in self._db.scene(name).objects:
-                    text = description(obj)
-                    known = None if text is None else self._kept.get(self._key(text))
-                    if known is not None:
-                        new = self._enriched(obj, known, model.name)
-                        if dict(new.properties) != dict(obj.properties):
-                            changed.append(new)
-                writer.objects(changed)
-            if writer.revision is not None:
-                self.revisions[name] = writer.revision
-            self.changed += len(changed)
+    def _as_json(self, known: Known) -> Any:
+        return dict(known)
+
+    def _add(self, writer: SceneWriter, scene: str, model: Model) -> None:
+        changed = []
+        for obj in self._db.scene(scene).objects:
+            text = description(obj)
+            known = None if text is None else self._kept.get(self._key(text))
+            if known is not None:
+                new = self._enriched(obj, known, model.name)
+                if dict(new.properties) != dict(obj.properties):
+                    changed.append(new)
+        writer.objects(changed)
+        self.changed += len(changed)
 
     def _enriched(self, obj: SceneObject, known: Known, model: str) -> SceneObject:
         before = obj.properties.get("enriched")

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cgdb.enrich.calls import Pace, Turn, cost, each
+from cgdb.enrich.calls import Pace, Turn, cost
 from cgdb.enrich.kept import Kept, key_of
+from cgdb.enrich.numbered import answers
 from cgdb.enrich.overlaps import REACH, overlapping, spanning_forest
 from cgdb.enrich.prompts import (
     IN_A,
@@ -29,14 +29,16 @@ from cgdb.enrich.prompts import (
     relating,
     relating_schema,
 )
-from cgdb.errors import StoreError, UsageError
-from cgdb.model.llm import Meter, Model, ModelError, Usage, estimated_tokens
+from cgdb.enrich.work import Task, Work
+from cgdb.errors import UsageError
+from cgdb.model.llm import Meter, Model, ModelError, estimated_tokens
 from cgdb.model.llm_json import ask_json
 from cgdb.model.prompts import clean
 from cgdb.scene import ObjectId, Relation, SceneGraph, SceneObject
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+    from cgdb.storage.ledger import SceneWriter
 
 FILE = "relations.jsonl"
 VERSION = 1
@@ -102,17 +104,20 @@ class Said:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Task:
-    scene: str
+class _Pair(Task):
+    """Two objects to ask of. up: the scene's axis. shown: the objects as a model gets them, {"a": ..., "b": ...}."""
+
     up: str
     a: ObjectId
     b: ObjectId
     shown: Mapping[str, Any]
-    key: str
 
 
-class Relating:
-    """The work on some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+class Relating(Work[_Pair, Said]):
+    """The relations of some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+
+    kind, adds = "relate", "relations"
+    needs = "relations are asked of a language model"
 
     def __init__(
         self,
@@ -130,15 +135,11 @@ class Relating:
             raise UsageError(f"a call asks of at least one pair, not {batch}")
         if not 0 <= reach <= 10:
             raise UsageError(f"boxes that are 0 to 10 m apart can be asked about, not {reach:g}")
-        self._db, self._model, self._batch, self._pace = db, model, batch, pace or Pace()
-        self._kept = Kept(db.path / FILE, _read)
+        super().__init__(db, model, Kept(db.path / FILE, _read), scenes=scenes, batch=batch, pace=pace)
         self._objects = self._candidates = 0
-        self._tasks: list[_Task] = []
-        for name in scenes or [info.name for info in db.scenes()]:
+        for name in self._scenes:
             self._tasks += self._tasks_of(db.scene(name, features=False, clouds=False), every_pair, reach)
-        self.usage = Usage()
-        self.revisions: dict[str, int] = {}
-        self.related = self.contradictions = self.unanswered = 0
+        self.related = self.contradictions = 0
 
     def estimate(self) -> Estimate:
         """Calls, tokens and, where prices are configured, what they cost."""
@@ -157,35 +158,7 @@ class Relating:
             cost=cost(self._model, prompt, completion),
         )
 
-    def run(self) -> Iterator[tuple[int, int]]:
-        """Ask, yielding (pairs done, of all) after each call; then write. ModelError where the model fails.
-
-        What was answered until then is kept: the next run goes on from there.
-        """
-        if self._model is None:
-            raise UsageError(
-                "relations are asked of a language model, and none is configured",
-                hint="set CGDB_LLM_BASE_URL, CGDB_LLM_MODEL and CGDB_LLM_API_KEY",
-            )
-        if self._db.read_only:
-            raise StoreError(f"{self._db.path} cannot be written, so nothing would be kept")
-        model, batches = self._model, self._batches()
-        done, total = 0, sum(map(len, batches))
-        for answered in each(model, batches, partial(_asked, model), self._pace):
-            self.usage = self.usage + answered.usage
-            said = answered.answer or {}
-            for i, task in enumerate(answered.item):
-                if i in said:
-                    about = {"pair": [task.a, task.b], "model": model.name}
-                    self._kept.put(task.key, said[i], said[i].as_json(), about)
-                else:
-                    self.unanswered += 1
-            done += len(answered.item)
-            yield done, total
-        for name in dict.fromkeys(task.scene for task in self._tasks):
-            self._write(name, model)
-
-    def _tasks_of(self, scene: SceneGraph, every_pair: bool, reach: float) -> list[_Task]:
+    def _tasks_of(self, scene: SceneGraph, every_pair: bool, reach: float) -> Iterator[_Pair]:
         """The pairs of a scene that are asked about: not of walls and floors, nor of what is no object."""
         objects = [
             obj
@@ -195,35 +168,36 @@ class Relating:
         self._objects += len(objects)
         pairs = overlapping(objects, reach=reach)
         self._candidates += len(pairs)
-        tasks = []
         for pair in pairs if every_pair else spanning_forest(pairs):
             a, b = objects[pair.a], objects[pair.b]
             shown = {"a": _shown(a), "b": _shown(b)}
-            name = (self._model.settings.model or "") if self._model is not None else ""
-            key = key_of(VERSION, name, scene.up, shown)
-            tasks.append(_Task(scene=scene.name, up=scene.up, a=a.id, b=b.id, shown=shown, key=key))
-        return tasks
+            key = key_of(VERSION, self._model_name, scene.up, shown)
+            about = {"pair": [a.id, b.id]}
+            yield _Pair(scene=scene.name, key=key, about=about, up=scene.up, a=a.id, b=b.id, shown=shown)
 
-    def _batches(self) -> list[list[_Task]]:
-        """What was not asked yet, some pairs of one scene at a time."""
-        batches: list[list[_Task]] = []
-        for task in self._tasks:
-            if self._kept.get(task.key) is None:
-                if not batches or len(batches[-1]) == self._batch or batches[-1][0].scene != task.scene:
-                    batches.append([])
-                batches[-1].append(task)
-        return batches
+    def _ask(self, model: Model, batch: Sequence[_Pair], meter: Meter, turn: Turn) -> Mapping[int, Said]:
+        def asked(pairs: Sequence[_Pair], meter: Meter) -> Mapping[str, Any]:
+            return ask_json(
+                model,
+                relating([pair.shown for pair in pairs], pairs[0].up),
+                meter,
+                name="pairs",
+                schema=relating_schema(),
+                max_tokens=100 + 3 * REPLY_TOKENS * len(pairs),
+            )
 
-    def _write(self, scene: str, model: Model) -> None:
-        message = f"relations from {clean(model.name, 100)}"
-        with self._db.write(scene, kind="relate", on_existing="merge", message=message) as writer:
-            # Read while nobody else can write: what is gone since has no relations.
-            now = self._db.scene(scene, features=False, clouds=False)
-            said, taken_back = self._said(now)
-            writer.unrelate(taken_back)
-            writer.relations(said)
-        if writer.revision is not None:
-            self.revisions[scene] = writer.revision
+        said = answers(model, batch, asked, "pairs", checked, meter, turn)
+        if not said:
+            raise ModelError("the model says nothing of the pairs that it was asked about")
+        return said
+
+    def _as_json(self, known: Said) -> Any:
+        return known.as_json()
+
+    def _add(self, writer: SceneWriter, scene: str, model: Model) -> None:
+        said, taken_back = self._said(self._db.scene(scene, features=False, clouds=False))
+        writer.unrelate(taken_back)
+        writer.relations(said)
 
     def _said(self, scene: SceneGraph) -> tuple[list[Relation], list[Relation]]:
         """What a model says of the scene's pairs now, and what one has said of them before and is said no more.
@@ -284,48 +258,6 @@ def checked(item: Mapping[str, Any]) -> Said | None:
         return replace(said, label=label) if label else None
     label, turned = _HELD[relation]
     return replace(said, label=label, turned=turned)
-
-
-def _asked(model: Model, batch: Sequence[_Task], meter: Meter, turn: Turn) -> dict[int, Said]:
-    """What the model says of each pair of a batch, by position. What a batch leaves out is asked for alone, once."""
-    said = _answers(model, batch, meter)
-    if len(batch) > 1:
-        for i in range(len(batch)):
-            if i not in said:
-                turn()
-                if alone := _alone(model, batch[i], meter):
-                    said[i] = alone[0]
-    if not said:
-        raise ModelError("the model says nothing of the pairs that it was asked about")
-    return said
-
-
-def _alone(model: Model, task: _Task, meter: Meter) -> dict[int, Said]:
-    own = model.meter()  # the deadline is that of one question, and waiting for a turn is none of it
-    try:
-        return _answers(model, [task], own)
-    finally:
-        meter.add(own.usage)
-
-
-def _answers(model: Model, batch: Sequence[_Task], meter: Meter) -> dict[int, Said]:
-    answer = ask_json(
-        model,
-        relating([task.shown for task in batch], batch[0].up),
-        meter,
-        name="pairs",
-        schema=relating_schema(),
-        max_tokens=100 + 3 * REPLY_TOKENS * len(batch),
-    )
-    listed = answer.get("pairs", [answer] if len(batch) == 1 else [])
-    said: dict[int, Said] = {}
-    for item in listed if isinstance(listed, list) else ():
-        number = item.get("number", 1 if len(batch) == 1 else None) if isinstance(item, dict) else None
-        if isinstance(number, int) and not isinstance(number, bool) and 1 <= number <= len(batch):
-            found = checked(item)
-            if found is not None:
-                said[number - 1] = found
-    return said
 
 
 def _read(value: Any) -> Said | None:
