@@ -12,7 +12,7 @@ from cgdb.english.lookahead import Lookahead, all_generic, only_traits, says_use
 from cgdb.english.needs import is_story, remedy
 from cgdb.english.phrases import Phrases, Word, joined, stretch
 from cgdb.english.question_frames import MARKS, PURPOSE, ending, opening, state_at_end
-from cgdb.meaning.lexicon import DEPICTIONS
+from cgdb.meaning.lexicon import DEPICTIONS, FUNCTION_WORDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +27,9 @@ class Clause:
     remedy: str | None = None
     bare: bool = False
     wish: bool = False
+
+
+_JOINED = frozenset((",", "and", "but", ";", ":"))
 
 
 def read(text: str, found: Sequence[Word], places: Phrases[bool], *, previous: bool = False) -> Clause | None:
@@ -53,10 +56,12 @@ class _Reader(Lookahead):
         self._measured: list[Measured] = []
         self._first: First | None = None
         self._state: str | None = None
+        self._after_anchor = -1
 
     def read(self) -> Clause | None:
         forms = [word.form for word in self._all]
-        helps = remedy(forms)
+        tired = any((hit := cues.negations().at(self._all, i)) and hit[1] == "dislike" for i in range(len(forms)))
+        helps = None if tired else remedy(forms)  # "I'm sick of magazines" tells of no illness
         begins = self._opening
         told = helps is not None or (begins.at == 0 and is_story(forms) and not cues.negations().at(self._all, 0))
         story = told and begins.form == "find" and not begins.use
@@ -160,6 +165,8 @@ class _Reader(Lookahead):
         near = cues.relations().at(self._words, begin)
         if near is not None and near[0] > length:
             return False  # "not far from"
+        if how == "omit" and not (self._wanted and self._form_at(begin - 1) in _JOINED):
+            return False  # "hold the bar still" excludes nothing, unlike "a hot drink, hold the milk"
         if not how:
             self._wanted.extend(self._words[begin : begin + length])
             self._at = begin + length
@@ -178,6 +185,7 @@ class _Reader(Lookahead):
         if self._form_at(begin) == "nor" and not self._wanted and end >= len(self._words):
             end = self._nor_ends(after, end)
         texts = [text for part in self._listed(after, end) if (text := self._of_these(part))]
+        texts = [text for text in texts if not FUNCTION_WORDS.issuperset(text.casefold().split())]  # "not in there"
         if self._state is None and how in ("kind", "deny") and len(texts) == 1 and (state := _said_state(texts[0])):
             self._state, texts = cues.OPPOSITE[state], []  # "that is not switched on"
         if how in ("kind", "deny") and (subject := self._taken_back(self._form_at(begin))):
@@ -282,7 +290,7 @@ class _Reader(Lookahead):
         chained = bool(self._located) and not connected and not self._located[-1].inverse
         text = stretch(self._text, self._words[begin:end])
         self._located.append(Located(name=hit[1], anchors=anchors, text=text, chained=chained))
-        self._at = end
+        self._at = self._after_anchor = end
         return True
 
     def _read_with(self, begin: int) -> bool:
@@ -290,20 +298,16 @@ class _Reader(Lookahead):
         hit = cues.belongings().at(self._words, begin)
         if hit is None or not (self._wanted or self._located):
             return False
-        after = begin + hit[0]
-        for j in range(after + 1, min(after + 9, len(self._words))):
-            if self._negation(j) is not None:
-                return False
-            back = cues.back_references().at(self._words, j)
-            if back is not None and self._form_at(j + back[0]) not in cues.STARTERS:
-                anchors = self._names_between(after, j)
-                if not anchors:
-                    return False
-                text = stretch(self._text, self._words[begin : j + back[0]])
-                self._located.append(Located(name=back[1], anchors=anchors, text=text, inverse=True))
-                self._at = j + back[0]
-                return True
-        return False
+        back = self._back_reference(begin + hit[0])
+        anchors = self._names_between(begin + hit[0], back[0]) if back is not None else ()
+        if back is None or not anchors:
+            return False
+        text = stretch(self._text, self._words[begin : back[1]])
+        # "On the desk that has a lamp on it": it may be the desk that has one.
+        chained = bool(self._located) and not self._located[-1].inverse and self._at == self._after_anchor
+        self._located.append(Located(name=back[2], anchors=anchors, text=text, inverse=True, chained=chained))
+        self._at = back[1]
+        return True
 
     # -- sizes and orders ---------------------------------------------------------------------------------------
 

@@ -105,7 +105,12 @@ _NEGATIONS: Mapping[str, str] = {
         avoid, i|we|she|he|they|and|but? really? dislike|dislikes|hate|hates|detest|detests|avoid|avoids,
         i|we|she|he|they|and|but? really? do|does|can|will|would|did not really? like|want|have|stand|tolerate|need|
         drink|eat|own|use, am|is|are|being? allergic to, allergic to, tired|sick|afraid|scared of, intolerant to|of,
-        avoiding, i|we ran|run out of, there is|are no, there is|are not any|a""",
+        avoiding, i|we ran|run out of, there is|are no, there is|are not any|a, i|we|she|he|they? am|is|are? really|so?
+        sick|tired|bored|weary and tired? of, i|we|she|he|they? am|is|are? really|so? fed up with|of,
+        i|we|she|he|they? have|has had enough of?, i|we|she|he|they have|has enough|plenty of?,
+        i|we|she|he|they have|has got? enough|plenty of?, i|we|she|he|they react|reacts badly? to, i|we already
+        have|own a|an|the|some?""",
+    "omit": "hold|skip|omit|ditch|forget the, leave|leaving out the?, sans, minus, hold off on the?, go easy on the",
     "deny": f"""that|which|who? {_WHO}|it? {_MAY}|does|did|has|have|had not ever? be|have|get|come|contain|include?,
         that|which|who never, that|which|who? lacks|lack, fails to, unable to, not able to, not suitable for|to, not
         meant for|to, not made of|from|out?, not good for|to, not used for|to""",

@@ -9,13 +9,24 @@ from cgdb.english import cues
 from cgdb.english.phrases import Phrases, Word, joined, listed, stretch
 from cgdb.english.question_frames import MARKS
 from cgdb.meaning.knowledge import knowledge
+from cgdb.meaning.lexicon import FUNCTION_WORDS
 
 PREVIOUS = "what was found before"
 """The anchor that "it" and "them" stand for in a question that follows up another."""
 
 _WEIGHTLESS = listed("got too very really quite so such any kind sort type of be being at all like as have to with for")
-_DANGLING = listed("and or but is are that which who of a an the there also preferably ideally has have")
+_DANGLING = listed("and or but so is are that which who of a an the there also preferably ideally has have")
 _LEFT_OVER = listed("in on at by with from it to")
+_PUT = listed(
+    """dumped thrown tossed dropped flung chucked slung scattered spread piled heaped crammed squeezed jammed wedged
+    stashed packed tucked propped perched balanced nailed screwed bolted taped glued fastened tied strapped planted
+    dangling drooping slumped curled sprawled nestled plonked plopped abandoned forgotten lodged poking peeking sticking
+    hiding resting lurking folded sunk stored stuck discarded ditched lined fixed hung draped stood sat"""
+)
+_WAYS = listed("over up down out back away off along across round around through")
+_AREAS = listed("room area zone section department ward bay wing annexe suite hall quarters")
+_COUNTS = listed("got all both several many few lots loads")
+_BEHIND_WAYS = listed("by near next in on at inside under beside behind against close")
 _NO_ANCHOR = listed("and or for with to but is are that which , can i we you")
 _AFTER_PLACE = listed("and or but that which is are to for please with what where")
 _AND = listed(", or nor and / &")
@@ -46,11 +57,22 @@ class Lookahead:
                 j += 1
             elif (hit := cues.connectors().at(self._words, j)) is not None:
                 j += hit[0]
-            elif self._words[j].form in cues.PARTICIPLES:
+            elif self._words[j].form in cues.PARTICIPLES or self._placed(j) or self._way(j):
                 j += 1
             else:
                 break
         return j if j < len(self._words) else i
+
+    def _placed(self, j: int) -> bool:
+        """Whether a word says how something has been put where a relation says: "dumped on the bed"."""
+        return self._form_at(j) in _PUT and cues.relations().at(self._words, j + 1) is not None
+
+    def _way(self, j: int) -> bool:
+        """Whether a word only points the way to a relation or a place: "over by the door", "up on the wardrobe"."""
+        if self._form_at(j) not in _WAYS or self._form_at(j + 1) not in _BEHIND_WAYS:
+            return False
+        hit = cues.relations().at(self._words, j)
+        return hit is None or hit[0] == 1
 
     def _form_at(self, i: int) -> str:
         return self._words[i].form if i < len(self._words) else ""
@@ -127,9 +149,19 @@ class Lookahead:
         """Where the name of a room ends that begins at word i."""
         hits = [hit[0] for table in (self._places, cues.rooms()) if (hit := table.at(self._words, i))]
         if not hits:
-            return None
+            return self._area_end(i)
         end = i + max(hits)
         return end + 1 if self._form_at(end).isdigit() else end
+
+    def _area_end(self, i: int) -> int | None:
+        """Where "waiting area", "front desk area" or "boiler room" ends: a part of the place that has no other name."""
+        for end in range(i + 2, min(i + 4, len(self._words)) + 1):
+            form = self._form_at(end - 1)
+            if form in _AREAS:
+                return end
+            if form in FUNCTION_WORDS or self._form_at(end - 2) in _NO_ANCHOR:
+                return None
+        return None
 
     def _strong(self, i: int) -> bool:
         """Whether a relation begins at word i that hardly ever belongs to a verb."""
@@ -175,8 +207,10 @@ class Lookahead:
         kept = list(part)
         if self._previous and kept and kept[0].form in _THAT and all(word.form in _ONES for word in kept[1:]):
             return PREVIOUS
-        while kept and kept[0].form in cues.STARTERS:
+        while kept and (kept[0].form in cues.STARTERS or (kept[0].form in _COUNTS and len(kept) > 1)):
             kept.pop(0)
+        while len(kept) > 1 and kept[-1].form in _PUT | cues.PARTICIPLES:
+            kept.pop()
         text = stretch(self._text, kept)
         if text.casefold() in _BEFORE:
             return PREVIOUS if self._previous else None
@@ -191,9 +225,22 @@ class Lookahead:
             return True
         if cues.comparatives().at(self._words, j) is not None:
             return True
+        has = cues.belongings().at(self._words, at)
+        if has is not None and self._back_reference(at + has[0]) is not None:
+            return True  # "the sofa | with a lamp on it"
         hit = cues.relations().at(self._words, j)
         following = "" if hit is None else self._form_at(j + hit[0])
         return bool(following) and following not in _NO_ANCHOR
+
+    def _back_reference(self, after: int) -> tuple[int, int, str] | None:
+        """(begin, end, relation) of "on it" in "with a lamp on it"; after: the first word behind "with"."""
+        for j in range(after + 1, min(after + 9, len(self._words))):
+            if self._negation(j) is not None:
+                return None
+            back = cues.back_references().at(self._words, j)
+            if back is not None and self._form_at(j + back[0]) not in cues.STARTERS:
+                return j, j + back[0], back[1]
+        return None
 
     def _names_between(self, begin: int, end: int) -> tuple[str, ...]:
         names = (self._thing(part) for part in self._listed(begin, end))

@@ -10,6 +10,7 @@ from cgdb.english.intent import Form
 from cgdb.english.phrases import Word, listed
 from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.lexicon import FUNCTION_WORDS
+from cgdb.meaning.words import stem
 
 MARKS = frozenset('.,;:?!()/"')
 PURPOSE = "something so that"
@@ -124,8 +125,9 @@ def orders(found: Sequence[Word], at: int) -> bool:
     if any(table.at(found, at) for table in (cues.negations(), cues.relations(), cues.frames(), cues.superlatives())):
         return False
     behind = 2 if forms[1] in _PARTICLES else 1
-    if behind == 2 and knowledge().things_named(forms[0]):
-        return False  # "a book on the table"
+    unknown = forms[1] in ("in", "on") and stem(forms[0]) not in knowledge().doing.verbs
+    if behind == 2 and (unknown or knowledge().things_named(forms[0])):
+        return False  # "a book on the table", "the telly in my room"
     return forms[behind] in _OF_NOUNS and behind + 1 < len(forms)
 
 

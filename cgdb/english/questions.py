@@ -13,10 +13,11 @@ from cgdb.english.antecedents import resolved
 from cgdb.english.clauses import Clause, read
 from cgdb.english.cues import PRONOUNS, STARTERS
 from cgdb.english.intent import Asked, Located
-from cgdb.english.lookahead import PREVIOUS
+from cgdb.english.lookahead import PREVIOUS, only_traits
 from cgdb.english.phrases import Phrases, Word, cleaned, joined, stretch, words
 from cgdb.english.question_frames import MARKS, begins_question, without_asides
 from cgdb.english.question_heads import head, in_each_scene, is_polar, without_auxiliary
+from cgdb.english.reasons import begins_reason, forbidden, out_of_use, placing, wish_of, without_thrown_in
 
 MOST_WORDS = 200
 """Words of a question that are read: more than anybody asks, and few enough for any text to be cheap."""
@@ -26,6 +27,12 @@ MOST_PARTS = 12
 
 _BACK = frozenset(("it", "them", "they", "these", "those", "that", "this", "that one", "this one"))
 _ENDS = frozenset(".;?!")
+_JOINS = frozenset((",", ":", "so", "and", "but"))
+_BECAUSE = frozenset(("because", "since", "cause", "cos"))
+_TELLERS = frozenset(("i", "we"))
+_DEFINITE = frozenset(("the", "my", "our", "his", "her", "their"))
+_ANYTHING = frozenset(("something", "anything", "somewhere", "anywhere"))
+_BEFORE_REASONS = frozenset((",", ":", "so", "and", "but", "because", "since", "as", "cause", "cos", "only", "though"))
 
 
 def understand(question: str, places: Sequence[str] = (), *, previous: bool = False) -> Asked:
@@ -36,15 +43,14 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
     text = cleaned(question)
     out = _written_out(text)
     back, text = out != text, out
-    found = without_asides(words(text))
+    found = without_thrown_in(without_asides(words(text)))
     notes: tuple[str, ...] = ()
     if len(found) > MOST_WORDS:
         found, notes = found[:MOST_WORDS], (f"only the first {MOST_WORDS} words were read",)
     names = Phrases({True: ",".join(" ".join(word.form for word in words(cleaned(place))) for place in places)})
 
     def read_all(some: Sequence[Word]) -> Asked:
-        parts = [read(text, clause, names, previous=previous) for clause in _clauses(some)]
-        return _together([part for part in parts if part is not None], back=back)
+        return _read_all(text, some, lambda clause: read(text, clause, names, previous=previous), back=back)
 
     asked = _headed(text, found, read_all, previous=previous)
     if asked is None:
@@ -63,7 +69,53 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
 def _written_out(text: str) -> str:
     """The text with what "it" stands for in its own first clause."""
     found = words(text)
-    return resolved(text, _clauses(without_asides(found))) or text if len(found) <= MOST_WORDS else text
+    if len(found) > MOST_WORDS:
+        return text
+    return resolved(text, _clauses(text, without_thrown_in(without_asides(found)))) or text
+
+
+def _read_all(
+    text: str, some: Sequence[Word], read_one: Callable[[Sequence[Word]], Clause | None], *, back: bool
+) -> Asked:
+    """The clauses of a question, read one by one, as one."""
+    parts: list[Clause] = []
+    gone: list[str] = []
+    lacking: list[Clause] = []
+    traits: list[str] = []
+    for clause in _clauses(text, some):
+        denied = forbidden(clause)
+        it_is = placing(clause) if parts else 0
+        begin = denied[0] if denied is not None else it_is or wish_of(clause)
+        part = read_one(clause[begin:])
+        if part is None:
+            continue
+        if it_is and part.asked.wanted and only_traits(part.asked.wanted):
+            traits.append(part.asked.wanted)
+            part = replace(part, asked=replace(part.asked, wanted=""), bare=True)
+        if denied is not None:
+            part = _denied(part, named=denied[1])
+        if names := out_of_use(text, clause):
+            gone.extend(names)
+            lacking.append(part)
+        parts.append(part)
+    rest = [part for part in parts if part not in lacking]
+    if gone and any(part.asked.wanted and not part.bare and not part.story for part in rest):
+        # "Warm up some soup, the microwave is broken": with something else.
+        asked = _together(rest, back=back)
+        asked = replace(asked, excluded=_once(*asked.excluded, *gone))
+    else:
+        asked = _together(parts, back=back)
+    return replace(asked, wanted=" ".join((*traits, asked.wanted))) if traits else asked
+
+
+def _denied(part: Clause, *, named: bool) -> Clause:
+    """What "don't bring the red one" or "don't put it on the floor" says, of which nothing is wanted."""
+    asked = part.asked
+    excluded = (asked.wanted, *asked.excluded) if named and asked.wanted and not asked.located else ()
+    located = tuple(replace(one, negated=not one.negated) for one in asked.located if not one.chained)
+    return replace(
+        part, asked=Asked(excluded=excluded, located=located, not_places=asked.places), bare=True, story=False
+    )
 
 
 def _headed(
@@ -114,16 +166,35 @@ def _over_floor(located: Located) -> bool:
     return located.name == "above" and located.anchors in (("floor",), ("ground",))
 
 
-def _clauses(found: Sequence[Word]) -> list[tuple[Word, ...]]:
-    """Cut at the ends of sentences, and where a question begins after a comma ("I spilled it, what can I use?")."""
+def _clauses(text: str, found: Sequence[Word]) -> list[tuple[Word, ...]]:
+    """Cut at the ends of sentences, and where a question or a reason begins behind a comma ("I spilled it, what can I
+    use?", "a cold drink, I'm driving").
+    """
     parts: list[tuple[Word, ...]] = []
     begin = 0
     for i, word in enumerate(found):
-        if word.form in _ENDS or (word.form in (",", ":", "so", "and", "but") and begins_question(found, i + 1)):
+        if word.form in _ENDS or _cuts(text, found, begin, i):
             parts.append(tuple(found[begin:i]))
             begin = i + 1
     parts.append(tuple(found[begin:]))
     return [part for part in parts if any(word.form not in MARKS for word in part)]
+
+
+def _cuts(text: str, found: Sequence[Word], begin: int, i: int) -> bool:
+    """Whether the clause that began at word ``begin`` ends before word i, which is a comma or a conjunction."""
+    form = found[i].form
+    if form in _JOINS and begins_question(found, i + 1):
+        return True
+    if i == begin or form not in _BEFORE_REASONS:
+        return False
+    following = found[i + 1].form if i + 1 < len(found) else ""
+    if form in _BECAUSE and following != "of":
+        return True
+    if following in _ANYTHING and found[begin].form in _TELLERS:
+        return True  # "I'm sick of magazines, something else to read"
+    end = next((j for j in range(i + 1, len(found)) if found[j].form in _ENDS or found[j].form in (",", "so")), None)
+    told = out_of_use(text, found[i + 1 : end]) if form != "and" or following in _DEFINITE else ()
+    return bool(told) or begins_reason(found, i + 1) or placing(found[i + 1 :]) > 0
 
 
 def _together(parts: Sequence[Clause], *, back: bool) -> Asked:

@@ -1,0 +1,69 @@
+"""What people say beside a question: reasons, what is out of use, words thrown in, and what is not to be brought."""
+
+from __future__ import annotations
+
+import pytest
+
+from cgdb.english.intent import Asked
+from cgdb.english.questions import understand
+
+
+def said(asked: Asked) -> str:
+    """What of a question is wanted, and what else is asked, on one line."""
+    where = (f"{'not ' * one.negated}{one.name} {'/'.join(one.anchors)}" for one in asked.located)
+    places = (*(f"in {name}" for name in asked.places), *(f"not in {name}" for name in asked.not_places))
+    return "; ".join((asked.wanted, *(f"no {text}" for text in asked.excluded), *where, *places))
+
+
+@pytest.mark.parametrize(
+    ("question", "meant"),
+    [
+        # reasons
+        ("a cold drink, I'm driving", "cold drink"),
+        ("a stool because my feet hurt", "stool"),
+        ("a pillow, my neck is stiff", "pillow"),
+        ("a chair and a table", "chair and a table"),
+        ("the jacket that I wear", "jacket that I wear"),
+        # what is out of use
+        ("heat up some soup, the microwave's bust", "something to heat up some soup; no microwave"),
+        ("The kettle is broken. What else can I boil water in?", "something to boil water in; no kettle"),
+        ("something to write on, the whiteboard is already full", "something to write on; no whiteboard"),
+        ("cover this cut, so plasters and tape are out", "something to cover this cut; no plasters; no tape"),
+        ("the lamp that is broken", "lamp that is broken"),
+        ("I've had enough tea, something else to drink", "something else to drink; no tea"),
+        ("I'm sick of magazines, something else to read", "something else to read; no magazines"),
+        ("I already have a pen, is there something else to write with?", "something else to write with; no pen"),
+        ("a coffee, hold the sugar", "coffee; no sugar"),
+        ("hold this board still", "something to hold this board still"),
+        # what is not to be
+        ("bring me a mug. don't bring the red one", "mug; no red one"),
+        ("a seat for her. don't put her on the floor", "seat for her; not on floor"),
+        # words thrown in
+        ("what on earth is that thing on the monitor", "; on monitor"),
+        ("a helmet, you know, with a visor", "helmet with a visor"),
+        ("a fridge, obviously not the broken one", "fridge; no broken"),
+        ("is there an animal here apart from the dog?", "animal; no dog"),
+        ("grab me a towel would you, not the one dumped on the bed", "towel; not on bed"),
+        # who wants it, and what it should be
+        ("my aunt needs a seat", "seat"),
+        ("switch on a lamp, just not the one on the desk", "lamp; not on desk"),
+        ("the tall vase, it should be on the small table", "tall vase; on small table"),
+        ("the cup on the table, it should be red", "red cup; on table"),
+        # ways to it
+        ("a stool over by the window", "stool; next_to window"),
+        ("the suitcase up on the wardrobe", "suitcase; on wardrobe"),
+        ("a chair, but nothing out in the waiting room", "chair; not in waiting room"),
+        ("a plant at the front desk area", "plant; in front desk area"),
+        # whose relation it is
+        ("the screen on the desk that has the lamp on it", "screen; on desk; on lamp"),
+        ("the rug under the table with a vase on it", "rug; under table; on vase"),
+        ("the telly in the attic", "telly; in attic"),
+    ],
+)
+def test_what_is_said_beside_the_question(question: str, meant: str) -> None:
+    assert said(understand(question)) == meant
+
+
+def test_what_an_anchor_has_may_be_the_anchors() -> None:
+    located = understand("the screen on the desk that has the lamp on it").located
+    assert [(one.inverse, one.chained) for one in located] == [(False, False), (True, True)]
