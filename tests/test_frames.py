@@ -109,7 +109,7 @@ def test_the_real_frames(data: Path) -> None:
     assert recording.layout == "redwood" and len(frames) == 5 and recording.up == "y"
     assert recording.K[0, 0] == 525.0
     # The same corner of the room in the first and last frame: the clouds must lie on each other.
-    from cgdb.ingest.evaluation.mapping import nearest
+    from cgdb.ingest.evaluation.nearest import nearest
 
     one, two = (unproject(f, np.flatnonzero(f.depth.reshape(-1) > 0)[::37]) for f in (frames[0], frames[-1]))
     distance_m, _ = nearest(one, two, 0.2)

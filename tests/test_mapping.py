@@ -11,7 +11,8 @@ import pytest
 from cgdb.errors import FormatError, SceneError, StoreError, UsageError
 from cgdb.ingest.detections.detections import Selection, checked, select
 from cgdb.ingest.detections.segment import GeometricDetector
-from cgdb.ingest.evaluation.mapping import Truth, evaluate, nearest
+from cgdb.ingest.evaluation.mapping import Truth, evaluate
+from cgdb.ingest.evaluation.nearest import nearest
 from cgdb.ingest.frames.recording import open_recording
 from cgdb.ingest.mapping import checkpoint, tidy
 from cgdb.ingest.mapping.associate import Association

@@ -29,8 +29,6 @@ from cgdb.ingest.relations.relate import boxes_of
 from cgdb.meaning.vocabulary import fold
 from cgdb.scene import ObjectId, SceneGraph, SceneObject
 
-__all__ = ["ROOM", "ObjectScore", "Score", "Truth", "evaluate", "nearest", "read_truth", "truth_of"]
-
 REACH = 0.05
 NEAR = 0.05
 LEAST_SEEN = 3

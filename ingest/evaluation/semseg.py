@@ -34,7 +34,6 @@ EXCLUDED = {
     "6": ("other", "floor", "wall", "ceiling", "door", "window"),
 }
 """The paper's n_exclude: how many classes are not scored; its figures are those of 6."""
-TEMPLATE = "an image of {c}"
 STEPS = (0.15, 0.25, 0.5, 0.75)
 Floats = NDArray[np.float64]
 
