@@ -81,7 +81,8 @@ def write_sheet(scenes: Sequence[Chosen], options: Namespace) -> int:
 def _pictures(one: Chosen, graph: SceneGraph, folder: Path) -> Iterator[tuple[ObjectId, Looks]]:
     """The best views of each node, their pictures written to the folder."""
     import cgdb
-    from cgdb.cli.views import ENDINGS, file_name
+    from cgdb.cli.values import file_name
+    from cgdb.cli.views import ENDINGS
     from cgdb.export import write_whole
     from cgdb.ingest.evaluation.graph import nodes_of
     from cgdb.ingest.evaluation.sheets import Looks

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import cgdb
 from cgdb.cli.importing import remove_if_empty
 from cgdb.cli.mapping_run import Begun, Run
+from cgdb.cli.values import file_name
 from cgdb.errors import FormatError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def map_recording(options: Namespace) -> int:
     )
     key = str(Path(options.sequence).resolve())
     with _store(options) as db:
-        state = db.path / "mapping" / f"{_file_name(name)}.npz"
+        state = db.path / "mapping" / f"{file_name(name)}.npz"
         if options.resume:
             begun = _resumed(db, name, state, how, key, now)
         elif options.extend:
@@ -224,11 +225,6 @@ def _check_vocabulary(options: Namespace, detector: Detector) -> None:
             "--vocabulary compares names with features, and nothing says what made these",
             hint="--encoder open_clip:MODEL:WEIGHTS, or a vocabulary that holds vectors (.npz)",
         )
-
-
-def _file_name(name: str) -> str:
-    """A scene's name as a file's: letters and digits stay, everything else is its number."""
-    return "".join(c if c.isalnum() and c.isascii() else f"_{ord(c):x}" for c in name)[:150]
 
 
 def _intrinsics(text: str | None) -> Any:

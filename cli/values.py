@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from cgdb.errors import UsageError, did_you_mean, one_of
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+    from cgdb.scene import ObjectId
 
 
 def parameters(given: Sequence[str]) -> dict[str, Any]:
@@ -95,3 +97,12 @@ def vector(path: Path) -> Any:
     if values.ndim != 1 or not np.issubdtype(values.dtype, np.number):
         raise UsageError(f"{path} holds an array of shape {values.shape}, not one vector")
     return values.astype(np.float32)
+
+
+def file_name(what: ObjectId) -> str:
+    """An id, or a scene's name, as part of a file's name: letters and digits stay, everything else is its number.
+
+    Long ones end in a digest of the whole, for two that begin alike are two.
+    """
+    name = "".join(c if c.isascii() and (c.isalnum() or c in "-.") else f"_{ord(c):x}" for c in str(what))
+    return name if len(name) <= 150 else f"{name[:130]}_{sha256(name.encode()).hexdigest()[:16]}"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import render
+from cgdb.cli.values import file_name
 from cgdb.errors import UsageError
 from cgdb.scene import canonical_id, image_type
 
@@ -64,13 +64,6 @@ def _write(found: list[tuple[ObjectId, int, View]], folder: Path) -> int:
     note = f"; views without one: {without}" if without else ""
     render.say(f"wrote {written} pictures to {folder}{note}")
     return 0
-
-
-def file_name(object_id: ObjectId) -> str:
-    """An id as part of a file's name: letters and digits stay, everything else is its number; long ones end in a digest
-    of the whole, for two that begin alike are two."""
-    name = "".join(c if c.isascii() and (c.isalnum() or c in "-.") else f"_{ord(c):x}" for c in str(object_id))
-    return name if len(name) <= 150 else f"{name[:130]}_{sha256(name.encode()).hexdigest()[:16]}"
 
 
 def record_of(object_id: ObjectId, rank: int, view: View) -> dict[str, Any]:

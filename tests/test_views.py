@@ -13,6 +13,7 @@ import pytest
 
 import cgdb
 from cgdb.cli.app import main
+from cgdb.cli.values import file_name
 from cgdb.errors import CorruptionError, SceneError, VersionError
 from cgdb.scene import LARGEST_IMAGE, UNREAD, SceneGraph, SceneObject, View, check_object, image_type
 from cgdb.storage import schema
@@ -462,3 +463,9 @@ def test_views_go_out_and_in_again(store: Path, tmp_path: Path, capsys: pytest.C
         assert same(db.views(12), VIEWS)
         assert same(db.views(EVIL), first.views(EVIL))
         assert db.export("lab", tmp_path / "second.json").path.read_bytes() == file.read_bytes()
+
+
+def test_long_names_that_begin_alike_are_two_files() -> None:
+    names = {file_name(name) for name in ("x" * 300, "x" * 299 + "y", "room/1", "room_1", "room 1")}
+    assert len(names) == 5
+    assert all(len(name) <= 150 and "/" not in name for name in names)
