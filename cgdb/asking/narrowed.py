@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cgdb.asking.statements import also, best_of
+from cgdb.asking.statements import also, among_these, best_of
 from cgdb.grammar import ast
 from cgdb.result import Result, StoredNode
 
@@ -32,14 +32,7 @@ def narrowed(tree: ast.Query, run: Run) -> tuple[ast.Query, tuple[str, ...]] | N
             fitting = [value for row in rows if row.fits and isinstance(value := row[0], StoredNode)]
             if len(fitting) > most:
                 notes.append(f"more than {most:,} things fit '{node.meaning.value}'; the best {most:,} were compared")
-            among.append(_in(node.variable, fitting[:most]))
+            among.append(among_these(node.variable, fitting[:most]))
     if not among:
         return None
     return also(tree, *among), tuple(notes)
-
-
-def _in(variable: str, nodes: list[StoredNode]) -> ast.Expression:
-    ids: tuple[ast.Expression, ...] = tuple(
-        ast.Text(value=node.id) if isinstance(node.id, str) else ast.Number(value=node.id) for node in nodes
-    )
-    return ast.In(item=ast.Property(variable=variable, name="id"), collection=ast.ListOf(items=ids))

@@ -7,6 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cgdb.asking.answer import first_node
+from cgdb.asking.shortlist import identity
+from cgdb.asking.statements import among_these, best_of, like
+from cgdb.english import tree_parts as parts
 from cgdb.grammar import ast
 from cgdb.result import Reason, Result, Row, StoredNode
 
@@ -38,31 +41,28 @@ def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple
         if key not in fitting:
             said.append("not that" if made.kind == "other language" else f"not {_with_article(made.wanted)}")
     for condition in made.conditions:
-        met = {_key(row) for row in run(_asking(made, condition.expression, nodes)).rows if row.fits}
+        met = {identity(row) for row in run(_asking(made, condition.expression, nodes)).rows if row.fits}
         for key, said in lacks.items():
             if key not in met:
                 said.append(condition.lacks)
     if fitting and made.wanted:
         # Where there are lamps, that something else is no lamp says nothing of where the lamp is.
-        rows = [row for row in rows if _key(row) in fitting]
+        rows = [row for row in rows if identity(row) in fitting]
     told = {key: ", ".join(said) for key, said in lacks.items()}
-    return tuple(_failing(row, told[_key(row)]) for row in rows if _key(row) in told), told
+    return tuple(_failing(row, told[identity(row)]) for row in rows if identity(row) in told), told
 
 
 def _wanted_among(made: Translation, rows: Sequence[Row], run: Run) -> set[Any]:
     """Those of some rows that are what is wanted, whatever else is asked of it."""
     nodes = [node for row in rows if (node := first_node(row)) is not None]
-    return {_key(row) for row in run(_alone(made, among=nodes)).rows if row.fits}
+    return {identity(row) for row in run(_alone(made, among=nodes)).rows if row.fits}
 
 
 def missing(made: Translation, run: Run) -> tuple[str, ...]:
     """The things that the question speaks of and that are not there: "the piano" in "chairs next to the piano"."""
-    return tuple(anchor for anchor in made.anchors if run(_meaning(anchor)).nothing_fits)
-
-
-def _key(row: Row) -> Any:
-    node = first_node(row)
-    return None if node is None else (node.scene, node.id)
+    return tuple(
+        anchor for anchor in made.anchors if run(best_of(like(ast.Text(value=parts.cut(anchor))), 1)).nothing_fits
+    )
 
 
 def _failing(row: Row, lacks: str) -> Row:
@@ -76,13 +76,15 @@ def _relaxed(made: Translation) -> ast.Query:
     """The statement without its conditions, what comes nearest to a measure first."""
     tree = made.query
     asked = {part for one in made.conditions for part in _parts(one.expression)}
-    rest = tuple(part for part in ([] if tree.where is None else _parts(tree.where)) if part not in asked)
+    rest = tuple(part for part in _parts(tree.where) if part not in asked)
     measured = made.asked.measured
     order = tree.order
     columns = [item.name for item in tree.returns if item.name and item.name != "a"]
     if measured and not order and columns:
         order = (ast.OrderItem(expression=ast.Variable(name=columns[0]), descending=measured[0].op in (">", ">=")),)
-    return replace(tree, where=_all(rest), order=order, skip=None, limit=ast.Number(value=NEAREST))
+    return replace(
+        tree, where=parts.all_of(rest) if rest else None, order=order, skip=None, limit=ast.Number(value=NEAREST)
+    )
 
 
 def _alone(made: Translation, *, among: Sequence[StoredNode] | None = None, limit: int | None = None) -> ast.Query:
@@ -91,7 +93,7 @@ def _alone(made: Translation, *, among: Sequence[StoredNode] | None = None, limi
     subject = next((node for node in tree.patterns[0].nodes if node.variable == "o"), tree.patterns[0].nodes[0])
     return ast.Query(
         patterns=(ast.Pattern(nodes=(subject,)),),
-        where=None if among is None else _among(among),
+        where=None if among is None else among_these("o", among),
         returns=(ast.ReturnItem(expression=ast.Variable(name=subject.variable or "o")),),
         limit=ast.Number(value=limit) if limit else None,
     )
@@ -99,37 +101,17 @@ def _alone(made: Translation, *, among: Sequence[StoredNode] | None = None, limi
 
 def _asking(made: Translation, condition: ast.Expression, nodes: Sequence[StoredNode]) -> ast.Query:
     """Which of some things meet one condition."""
-    bound = [
-        part for part in ([] if made.query.where is None else _parts(made.query.where)) if isinstance(part, ast.In)
-    ]
+    bound = [part for part in _parts(made.query.where) if isinstance(part, ast.In)]
     return ast.Query(
         patterns=(ast.Pattern(nodes=(ast.NodePattern(variable="o"),)), *made.query.patterns[1:]),
-        where=_all((_among(nodes), condition, *bound)),
+        where=parts.all_of((among_these("o", nodes), condition, *bound)),
         distinct=True,
         returns=(ast.ReturnItem(expression=ast.Variable(name="o")),),
     )
 
 
-def _meaning(text: str) -> ast.Query:
-    node = ast.NodePattern(variable="o", meaning=ast.Text(value=text[:300]))
-    returned = ast.ReturnItem(expression=ast.Variable(name="o"))
-    return ast.Query(patterns=(ast.Pattern(nodes=(node,)),), returns=(returned,), limit=ast.Number(value=1))
-
-
-def _among(nodes: Sequence[StoredNode]) -> ast.Expression:
-    ids: list[ast.Expression] = [
-        ast.Text(value=node.id) if isinstance(node.id, str) else ast.Number(value=node.id) for node in nodes
-    ]
-    return ast.In(item=ast.Property(variable="o", name="id"), collection=ast.ListOf(items=tuple(ids)))
-
-
-def _parts(condition: ast.Expression) -> tuple[ast.Expression, ...]:
-    return condition.items if isinstance(condition, ast.And) else (condition,)
-
-
-def _all(items: Sequence[ast.Expression]) -> ast.Expression | None:
-    flat = tuple(part for item in items for part in _parts(item))
-    return None if not flat else flat[0] if len(flat) == 1 else ast.And(items=flat)
+def _parts(condition: ast.Expression | None) -> tuple[ast.Expression, ...]:
+    return () if condition is None else condition.items if isinstance(condition, ast.And) else (condition,)
 
 
 def _with_article(wanted: str) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from cgdb.english import tree_parts as parts
 from cgdb.grammar import ast
 from cgdb.query.expressions import is_total
+from cgdb.result import StoredNode
 
 
 def best_of(node: ast.NodePattern, most: int) -> ast.Query:
@@ -29,6 +31,14 @@ def among_previous(tree: ast.Query) -> ast.Query:
     first = tree.returns[0].expression
     name = first.name if isinstance(first, ast.Variable) else tree.patterns[0].nodes[0].variable
     return tree if name is None else also(tree, parts.among_previous(name))
+
+
+def among_these(variable: str, nodes: Sequence[StoredNode]) -> ast.Expression:
+    """That a variable is one of these things, by their ids."""
+    ids: tuple[ast.Expression, ...] = tuple(
+        ast.Text(value=node.id) if isinstance(node.id, str) else ast.Number(value=node.id) for node in nodes
+    )
+    return ast.In(item=ast.Property(variable=variable, name="id"), collection=ast.ListOf(items=ids))
 
 
 def also(tree: ast.Query, *conditions: ast.Expression) -> ast.Query:
