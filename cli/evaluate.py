@@ -17,7 +17,8 @@ from cgdb.evaluation.judged import JudgedQuery, chosen, judgements
 
 if TYPE_CHECKING:
     from cgdb.evaluation.answers_kept import Kept
-    from cgdb.evaluation.retrieval import Helpers, Outcome, Scores, Share
+    from cgdb.evaluation.retrieval import Helpers, Outcome
+    from cgdb.evaluation.scores import Scores, Share
     from cgdb.model.rerank import Reranker
 
 Results = dict[str, list[tuple[JudgedQuery, "Outcome"]]]
@@ -27,7 +28,8 @@ Results = dict[str, list[tuple[JudgedQuery, "Outcome"]]]
 def retrieval(options: Namespace) -> int:
     """Ask every query in every way, save the answers, and print the scores."""
     from cgdb.evaluation.answers_kept import kept
-    from cgdb.evaluation.retrieval import WAYS, Helpers, scores
+    from cgdb.evaluation.retrieval import WAYS, Helpers
+    from cgdb.evaluation.scores import scores
 
     ways = values.listed(options.ways)
     for way in ways:

@@ -11,7 +11,8 @@ import pytest
 
 from cgdb.cli.app import main
 from cgdb.evaluation.judged import JudgedQuery
-from cgdb.evaluation.retrieval import WAYS, Helpers, Outcome, asked, scores, share
+from cgdb.evaluation.retrieval import WAYS, Helpers, Outcome, asked
+from cgdb.evaluation.scores import scores, share
 from cgdb.scene import FeatureSpace, SceneGraph, SceneObject
 from cgdb.testing import store
 from tests import model_server as server

@@ -1,1 +1,1 @@
-"""How well questions are answered: retrieval runs the ways side by side on judged queries; answers_kept keeps them."""
+"""How well questions are answered: retrieval runs the ways on judged queries; scores measures them."""
