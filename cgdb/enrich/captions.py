@@ -90,7 +90,7 @@ class _Caption(Task):
 
 
 class Captioning(Work[_Caption, Captioned]):
-    """The captions of some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+    """The captions of some scenes of a store; see ``Work``."""
 
     kind, adds = "caption", "captions"
     needs = "to caption a map, a vision model is asked"

@@ -64,7 +64,7 @@ class _Description(Task):
 
 
 class Enrichment(Work[_Description, Known]):
-    """The properties of some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+    """The properties of some scenes of a store; see ``Work``."""
 
     kind, adds = "enrich", "properties"
     needs = "to enrich a store, a language model is asked"

@@ -114,7 +114,7 @@ class _Pair(Task):
 
 
 class Relating(Work[_Pair, Said]):
-    """The relations of some scenes of a store: ``estimate``, then ``run``, then what ``revisions`` and ``usage`` say."""
+    """The relations of some scenes of a store; see ``Work``."""
 
     kind, adds = "relate", "relations"
     needs = "relations are asked of a language model"
