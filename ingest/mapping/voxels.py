@@ -1,9 +1,4 @@
-"""One sparse voxel grid for a whole map: where voxels are found in constant time, and who saw what in each.
-
-A tree of three levels over integer cells, as in VDB (Museth 2013): a dictionary of regions of 64 cells a side, a table
-of blocks of 4 in each, a table of cells in each block. A frame touches a handful of regions, so everything below the
-dictionary is array indexing: finding a point's voxel costs the same however large the map is.
-"""
+"""One sparse voxel grid for a whole map: what was measured in each voxel, and who saw what in it."""
 
 from __future__ import annotations
 
@@ -14,21 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import SceneError
+from cgdb.ingest.mapping.tree import Tree, columns, firsts
 
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float32]
 
-REGION = 6
-"""A region has 2**6 cells a side: 1.6 m at 2.5 cm."""
-BLOCK = 2
-"""A block has 2**2 cells a side."""
 REACH = 1 << 20
 """Cells lie within this many of the origin, each way: 26 km at 2.5 cm."""
 SLOTS = 4
 """Objects that one voxel remembers. Where a fifth wants in, the weakest claim gives way."""
-_BLOCKS = 1 << (3 * (REGION - BLOCK))
-_CELLS = 1 << (3 * BLOCK)
-_DENSE = 1 << 16
 _ROOM = 1 << 22
 """Rows that there is room for at first: addresses only, memory is taken by those that are used."""
 _NEARLY = 0.9
@@ -45,12 +34,7 @@ class Voxels:
 
     def __init__(self, size: float) -> None:
         self.size = size
-        self._regions: dict[tuple[int, int, int], int] = {}
-        # Number 0 of each level is the empty one: a search that finds nothing ends there, without a test on the way.
-        self._blocks: Ints = np.zeros((1, _BLOCKS), np.int32)
-        self._leaves: Ints = np.empty((_ROOM // 16, _CELLS), np.int32)
-        self._leaves[0] = -1
-        self._n_leaves = 1
+        self._tree = Tree(_ROOM // 16)
         self.count = 0
         self.free: Ints = np.zeros(0, np.int32)
         self._make_rows(_ROOM)
@@ -95,84 +79,53 @@ class Voxels:
 
     def find(self, cells: Ints) -> Ints:
         """(n,) int32 the rows of cells (n, 3); -1 where there is no voxel."""
-        block, cell = self._address(_columns(cells), create=False)
-        return self._leaves.reshape(-1).take(self._blocks.reshape(-1).take(block) * _CELLS + cell)
+        return self._tree.rows(columns(cells))
 
     def around(self, rows: NDArray[np.integer]) -> Ints:
         """(7, n) int32 the rows of the voxels (n,) and of those that share a face with each; -1 where there is none."""
-        axes = _columns(self.cells.take(rows, axis=0))
-        leaves = self._leaves.reshape(-1)
-        block, cell = self._address(axes, create=False)
-        address = self._blocks.reshape(-1).take(block) * _CELLS + cell
-        found = np.empty((7, len(rows)), np.int32)
-        found[0] = rows
-        last = (1 << BLOCK) - 1
-        over, where = [], []
-        for axis, values in enumerate(axes):
-            within, stride = values & last, 1 << (BLOCK * (2 - axis))
-            for face, step, end in ((1 + 2 * axis, 1, last), (2 + 2 * axis, -1, 0)):
-                # Three in four have this neighbour in their own block, a step along the table.
-                found[face] = leaves.take(address + step * stride, mode="clip")
-                border = np.flatnonzero(within == end)
-                beyond = [other.take(border) for other in axes]
-                beyond[axis] += np.int32(step)
-                over.append(beyond)
-                where.append(border + face * len(rows))
-        beyond = [np.concatenate([part[axis] for part in over]) for axis in range(3)]
-        block, cell = self._address(beyond, create=False)
-        found.reshape(-1)[np.concatenate(where)] = leaves.take(self._blocks.reshape(-1).take(block) * _CELLS + cell)
-        return found
+        return self._tree.around(rows, columns(self.cells.take(rows, axis=0)))
 
     def within(self, low: Ints, high: Ints) -> Ints:
         """Rows among which are all voxels with cells from low to high (3,), both included."""
-        ends = [range(int(a) >> BLOCK, (int(b) >> BLOCK) + 1) for a, b in zip(low, high, strict=True)]
-        if len(ends[0]) * len(ends[1]) * len(ends[2]) > 4 * self._n_leaves:
-            return np.arange(self.count, dtype=np.int32)
-        grid = np.meshgrid(*(np.array(end, np.int32) << BLOCK for end in ends), indexing="ij")
-        block, _ = self._address([axis.reshape(-1) for axis in grid], create=False)
-        leaf = self._blocks.reshape(-1).take(block)
-        rows = self._leaves.take(leaf[leaf > 0], axis=0).reshape(-1)
-        return rows[rows >= 0]
+        found = self._tree.within(low, high)
+        return np.arange(self.count, dtype=np.int32) if found is None else found
 
     def make(self, cells: Ints) -> Ints:
         """(n,) int32 the rows of cells (n, 3), made where there were none; several cells may be the same."""
-        block, cell = self._address(_columns(cells), create=True)
-        address = self._leaf_of(block) * _CELLS + cell
-        leaves = self._leaves.reshape(-1)
-        row = leaves.take(address)
+        address = self._tree.addresses(columns(cells), create=True)
+        table = self._tree.table
+        row = table.take(address)
         lost = np.flatnonzero(row < 0)
         if len(lost):
             address = address[lost]
-            new = _firsts(leaves, address)
+            new = firsts(table, address)
             # In the order of the input: rows then do not depend on how blocks came to be numbered.
             rows = self._new_rows(len(new))
             self.cells[rows] = cells.take(lost[new], axis=0)
-            leaves[address[new]] = rows
-            row[lost] = leaves.take(address)
+            table[address[new]] = rows
+            row[lost] = table.take(address)
         return row
 
     def forget(self, rows: NDArray[np.integer]) -> None:
         """Let these voxels be as if they had never been seen; their rows are given to others later."""
-        block, cell = self._address(_columns(self.cells.take(rows, axis=0)), create=False)
-        self._leaves.reshape(-1)[self._blocks.reshape(-1).take(block) * _CELLS + cell] = -1
+        self._tree.table[self._tree.addresses(columns(self.cells.take(rows, axis=0)), create=False)] = -1
         for name, (_, _, empty) in _LAYOUT.items():
             getattr(self, name)[rows] = empty
         self.free = np.concatenate([self.free, rows.astype(np.int32)])
 
-    def fill(self, columns: Mapping[str, NDArray[Any]], free: NDArray[np.integer]) -> None:
+    def fill(self, held: Mapping[str, NDArray[Any]], free: NDArray[np.integer]) -> None:
         """Hold exactly these voxels: for each of COLUMNS its values, row by row. free: rows that hold none."""
-        n = len(columns["cells"])
+        n = len(held["cells"])
         self.__init__(self.size)  # type: ignore[misc]
         self._make_rows(max(_ROOM, n + n // 4))
         self.count = n
         for name in COLUMNS:
-            getattr(self, name)[:n] = columns[name]
+            getattr(self, name)[:n] = held[name]
         live = np.ones(n, np.bool_)
         live[free] = False
         rows = np.flatnonzero(live).astype(np.int32)
-        block, cell = self._address(_columns(self.cells.take(rows, axis=0)), create=True)
-        leaf = self._leaf_of(block)
-        self._leaves[leaf, cell] = rows
+        address = self._tree.addresses(columns(self.cells.take(rows, axis=0)), create=True)
+        self._tree.table[address] = rows
         self.free = np.asarray(free, np.int32)
 
     def _new_rows(self, n: int) -> Ints:
@@ -187,69 +140,6 @@ class Voxels:
         for name, (_, _, empty) in _LAYOUT.items():
             getattr(self, name)[first:until] = empty
         return np.concatenate([again, np.arange(first, until, dtype=np.int32)])
-
-    def _leaf_of(self, block: Ints) -> Ints:
-        """The leaf of each block, made where there was none."""
-        blocks = self._blocks.reshape(-1)
-        leaf: Ints = blocks.take(block)
-        lost = np.flatnonzero(leaf == 0)
-        if len(lost):
-            block = block[lost]
-            new = _firsts(blocks, block)
-            blocks[block[new]] = self._new_leaves(len(new))
-            leaf[lost] = blocks.take(block)
-        return leaf
-
-    def _address(self, axes: list[Ints], *, create: bool) -> tuple[Ints, Ints]:
-        """The block, as its place in the table of all, and the cell in it, of cells as three columns."""
-        x, y, z = axes
-        slots = self._region_slots([axis >> REGION for axis in axes], create=create)
-        bits, mask = REGION - BLOCK, (1 << (REGION - BLOCK)) - 1
-        block = ((slots << bits | (x >> BLOCK) & mask) << bits | (y >> BLOCK) & mask) << bits | (z >> BLOCK) & mask
-        mask = (1 << BLOCK) - 1
-        cell = ((x & mask) << BLOCK | (y & mask)) << BLOCK | (z & mask)
-        return block, cell
-
-    def _region_slots(self, axes: list[Ints], *, create: bool) -> Ints:
-        if not len(axes[0]):
-            return np.zeros(0, np.int32)
-        low = [int(axis.min()) for axis in axes]
-        span = [int(axis.max()) - least + 1 for axis, least in zip(axes, low, strict=True)]
-        x, y, z = (axis - np.int32(least) for axis, least in zip(axes, low, strict=True))
-        n = span[0] * span[1] * span[2]
-        if n <= _DENSE:
-            code = (x * np.int32(span[1]) + y) * np.int32(span[2]) + z
-            flags = np.zeros(n, np.bool_)
-            flags[code] = True
-            present = np.flatnonzero(flags)
-            table = np.zeros(n, np.int32)
-        else:
-            wide = (x.astype(np.int64) * span[1] + y) * span[2] + z
-            present, code = np.unique(wide, return_inverse=True)
-            table = np.zeros(len(present), np.int32)
-        corners = np.unravel_index(present, span)
-        places = zip(*(((axis + least).tolist()) for axis, least in zip(corners, low, strict=True)), strict=True)
-        found = [self._slot(place, create) for place in places]
-        table[present if n <= _DENSE else slice(None)] = found
-        slots: Ints = table.take(code)
-        return slots
-
-    def _slot(self, corner: tuple[int, int, int], create: bool) -> int:
-        slot = self._regions.get(corner, 0)
-        if slot == 0 and create:
-            slot = self._regions[corner] = len(self._regions) + 1
-            if slot >= len(self._blocks):
-                self._blocks = np.concatenate([self._blocks, np.zeros((max(16, slot // 2), _BLOCKS), np.int32)])
-        return slot
-
-    def _new_leaves(self, n: int) -> Ints:
-        first, self._n_leaves = self._n_leaves, self._n_leaves + n
-        if self._n_leaves > len(self._leaves):
-            made = np.empty((2 * self._n_leaves, _CELLS), np.int32)
-            made[:first] = self._leaves[:first]
-            self._leaves = made
-        self._leaves[first : self._n_leaves] = -1
-        return np.arange(first, first + n, dtype=np.int32)
 
     # Evidence
 
@@ -389,15 +279,3 @@ _LAYOUT: dict[str, tuple[tuple[int, ...], type, float]] = {
 COLUMNS = tuple(_LAYOUT)
 _COLUMNS = {**{name: (shape, dtype) for name, (shape, dtype, _) in _LAYOUT.items()}, "_place": ((), np.int32)}
 """What grows with the rows; _place is for `numbered`."""
-
-
-def _columns(cells: Ints) -> list[Ints]:
-    """Cells (n, 3) column by column: numpy is many times faster along an axis that lies together in memory."""
-    return [np.ascontiguousarray(cells[:, axis]) for axis in range(3)]
-
-
-def _firsts(table: Ints, keys: Ints) -> NDArray[np.intp]:
-    """Where each of keys (n,) occurs first. table is written to at keys, instead of sorting them."""
-    each = np.arange(len(keys), dtype=np.int32)
-    table[keys[::-1]] = each[::-1]  # where a place is written twice, the last stays
-    return np.flatnonzero(table.take(keys) == each)
