@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import contextlib
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from cgdb.errors import BindError, CgdbError, StoreError, one_of
-from cgdb.index.artefacts import Artefacts
+from cgdb.errors import CgdbError
 from cgdb.index.positions import Positions
-from cgdb.meaning import background
 from cgdb.meaning.degrees import Degrees
 from cgdb.meaning.embed import TEXT_MODEL, Encoder
 from cgdb.meaning.encoders import Encoders
-from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
+from cgdb.meaning.encoding import encode
+from cgdb.meaning.meanings import Vector
+from cgdb.opened import AsOf, Opened
 from cgdb.query.limits import Budget, Limits
 from cgdb.query.run import run
-from cgdb.query.search import Hits, check_k, search
+from cgdb.query.search import Hits, check_k, meaning_of, search
 from cgdb.result import Result, StoredNode, StoredRelation
-from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View, canonical_id
-from cgdb.storage.freshness import Fresh
-from cgdb.storage.ledger import FILE as LEDGER
+from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View
 from cgdb.storage.ledger import Changes, Ledger, OnExisting, Revision, SceneInfo, SceneWriter
 from cgdb.storage.text_vectors import TextVectors
 from cgdb.view import SceneView
@@ -45,9 +40,6 @@ if TYPE_CHECKING:
     from cgdb.index.graph import Table
     from cgdb.model.llm import Model
     from cgdb.model.rerank import Reranker
-
-AsOf = int | str | datetime | None
-ENCODE_BATCH = 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,20 +86,16 @@ class Database:
         limits: Limits,
     ) -> None:
         self._ledger = ledger
-        self._scenes_now = Fresh(ledger.path / LEDGER, ledger.scenes, read_only=ledger.read_only)
         self.model: Model | None = None
         """The language model that is asked; the configured one where none is set."""
         self.reranker: Reranker | None = None
         """Who carries out RERANK BY; the language model where nobody is set."""
         self._limits = limits
-        self._artefacts = Artefacts(ledger.path / "index", writable=not ledger.read_only)
         self._kept = TextVectors(ledger.path / "texts.sqlite", read_only=ledger.read_only)
         self._encoders = Encoders(self._kept, text=text_encoder, spaces=space_encoders)
         self.degrees_of: Callable[[SceneView], Degrees] = lambda view: Degrees(view, self._encoders)
-        self._views: dict[tuple[int, int], SceneView] = {}
+        self._opened = Opened(ledger, lambda view: self.degrees_of(view))
         self._running: set[Budget] = set()
-        self._wrote = False
-        self._lock = threading.RLock()
 
     @property
     def path(self) -> Path:
@@ -121,16 +109,8 @@ class Database:
 
     def close(self) -> None:
         """Give all files back. Closing twice is allowed."""
-        for view in self._views.values():
-            view.close()
-        self._views.clear()
-        if self._wrote:
-            self._wrote = False
-            with contextlib.suppress(CgdbError):  # housekeeping: what is wrong is told by whoever needs it
-                self._sweep()
-        self._artefacts.close()
+        self._opened.close()
         self._kept.close()
-        self._scenes_now.close()
         self._ledger.close()
 
     def __enter__(self) -> Self:
@@ -159,8 +139,7 @@ class Database:
         names = {r.scene for r in self._ledger.revisions() if min(a, b) < r.id <= max(a, b)}
         found = {}
         for name in sorted(names if scene is None else names & {scene}):
-            info = self._any_info(name, (b, a))
-            found[name] = self._ledger.changes(info.id, a, b)
+            found[name] = self._ledger.changes(self._ledger.scene_id(name), a, b)
         return found
 
     def scene(
@@ -183,14 +162,14 @@ class Database:
 
     def object(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> StoredNode:
         """The record of an object or place. scene may be left out where only one scene has the id."""
-        view, position = self._locate(object_id, scene, as_of)
+        view, position = self._opened.locate(object_id, scene, as_of)
         return view.stored(np.asarray([position], np.int64))[position]
 
     def relations(
         self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None
     ) -> tuple[StoredRelation, ...]:
         """All relations of an object or place, either way."""
-        view, position = self._locate(object_id, scene, as_of)
+        view, position = self._opened.locate(object_id, scene, as_of)
         return tuple(view.relations_of(np.asarray([position], np.int64)))
 
     def nodes_by_key(self, scene: str, keys: Iterable[int], *, as_of: AsOf = None) -> tuple[StoredNode, ...]:
@@ -202,7 +181,7 @@ class Database:
 
     def points(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> Any:
         """(points (n, 3) float32 m, colors (n, 3) uint8 or None) of an object; None where the map has none."""
-        view, position = self._locate(object_id, scene, as_of)
+        view, position = self._opened.locate(object_id, scene, as_of)
         return self._ledger.cloud(view.info, int(view.columns.keys[position]))
 
     def clouds(self, scene: str, *, as_of: AsOf = None) -> Iterator[tuple[ObjectId, Any]]:
@@ -214,7 +193,7 @@ class Database:
 
     def views(self, object_id: ObjectId, *, scene: str | None = None, as_of: AsOf = None) -> tuple[View, ...]:
         """Where an object was seen, best first: the frames, their poses, and the object cut out of them."""
-        view, position = self._locate(object_id, scene, as_of)
+        view, position = self._opened.locate(object_id, scene, as_of)
         return self._ledger.views(view.info, int(view.columns.keys[position]))
 
     def every_views(self, scene: str, *, as_of: AsOf = None) -> Iterator[tuple[ObjectId, tuple[View, ...]]]:
@@ -226,7 +205,7 @@ class Database:
 
     def view(self, name: str, as_of: AsOf = None) -> SceneView:
         """A scene as queries see it: its catalog, columns and indexes."""
-        return self._view(self._ledger.scene(name, as_of))
+        return self._opened.named(name, as_of)
 
     # -- asking -------------------------------------------------------------------------------------------------
 
@@ -235,7 +214,7 @@ class Database:
     ) -> Result:
         """The answer to a CGQL statement; ``$name`` in it stands for a parameter, never pasted into the text."""
         with self._budget(limits) as budget:
-            return run(text, {**(parameters or {}), **more}, self._views_of, budget, self.reranker or self.model)
+            return run(text, {**(parameters or {}), **more}, self._opened.views, budget, self.reranker or self.model)
 
     def ask(
         self,
@@ -334,7 +313,7 @@ class Database:
         """Stop the queries that run now in other threads: they raise QueryCancelled."""
         for budget in list(self._running):
             budget.cancelled.set()
-        for view in list(self._views.values()):
+        for view in self._opened.all():
             view.interrupt()
 
     def search(
@@ -353,19 +332,21 @@ class Database:
         fit it are searched.
         """
         names = [scenes] if isinstance(scenes, str) else scenes
-        views = self._views_of(names, None)
-        meaning = _meaning(what, space)
+        views = self._opened.views(names)
+        meaning = meaning_of(what, space)
         allowed: list[Positions | None] = [None] * len(views)
         if where is not None:
+            from cgdb.query.conditions import fitting
+
             with self._budget(None) as budget:
-                allowed = [_fitting(view, where, parameters or {}, budget) for view in views]
+                allowed = [fitting(view, where, parameters or {}, budget) for view in views]
         return search(views, meaning, space=space, k=check_k(k), allowed=allowed)
 
     def cypher(
         self, text: str, parameters: Mapping[str, Any] | None = None, /, *, scene: str | None = None, **more: Any
     ) -> Table:
         """The answer of a scene's graph index to read-only Cypher: Node(key, id, label, tag, ...), Rel(label, ...)."""
-        view = self._single(scene)
+        view = self._opened.only(scene)
         with self._budget(None) as budget:
             return view.graph.run(text, {**(parameters or {}), **more}, timeout_s=budget.remaining)
 
@@ -415,17 +396,17 @@ class Database:
             provenance=provenance,
         ) as writer:
             yield writer
-        self._forget_old()
+        self._opened.forget_old()
 
     def remove(self, scene: str, *, message: str = "") -> int:
         """Remove a scene as a revision; AS OF an earlier one it can still be asked."""
         revision = self._ledger.remove_scene(scene, message=message)
-        self._forget_old()
+        self._opened.forget_old()
         return revision
 
     def prepare(self, scene: str | None = None) -> None:
         """Build the indexes that are not there yet; a query would build those that it needs."""
-        for view in self._views_of(None if scene is None else [scene], None):
+        for view in self._opened.views(None if scene is None else [scene]):
             view.prepare()
 
     def encode(self, scene: str | None = None) -> Iterator[tuple[int, int]]:
@@ -439,16 +420,9 @@ class Database:
             raise encoder
         if encoder is None:
             return
-        missing = dict.fromkeys(self._kept.missing(encoder.name, background.texts()))
-        for view in self._views_of(None if scene is None else [scene], None, empty=True):
-            missing.update(dict.fromkeys(view.degrees.missing_texts(encoder)))
-        # Of similar length together: a batch is padded to its longest text.
-        texts = sorted(missing, key=len)
-        for start in range(0, len(texts), ENCODE_BATCH):
-            batch = texts[start : start + ENCODE_BATCH]
-            self._kept.put(encoder.name, batch, encoder.texts(batch))
-            yield min(start + ENCODE_BATCH, len(texts)), len(texts)
-        for view in self._views.values():
+        infos = self._ledger.scenes() if scene is None else [self._ledger.scene(scene)]
+        yield from encode(encoder, self._kept, [self._opened.view(info).degrees for info in infos])
+        for view in self._opened.all():
             view.degrees.refresh()
 
     # -- out ----------------------------------------------------------------------------------------------------
@@ -484,16 +458,11 @@ class Database:
             Problem(where=f"ledger{f', scene {d.scene!r}' if d.scene else ''}", message=f"{d.what}: {d.message}")
             for d in self._ledger.check(full=full)
         ]
-        damaged = self._artefacts.check()
+        damaged = self._opened.check()
         if not repair:
             return (*problems, *(Problem(where="index", message=line) for line in damaged))
-        self._artefacts.repair()
-        for info in self._ledger.scenes() if not problems else ():
-            self._views.pop((info.id, info.revision), None)
-            self._view(info).prepare()
+        self._opened.repair(build=not problems)
         return (*problems, *(Problem(where="index", message=line, repaired=not problems) for line in damaged))
-
-    # -- views --------------------------------------------------------------------------------------------------
 
     @contextmanager
     def _budget(self, limits: Limits | None) -> Iterator[Budget]:
@@ -503,100 +472,3 @@ class Database:
             yield budget
         finally:
             self._running.discard(budget)
-
-    def _views_of(self, names: Sequence[str] | None, as_of: AsOf, *, empty: bool = False) -> Sequence[SceneView]:
-        infos = self._infos(names, as_of)
-        if not infos and not empty:
-            raise StoreError(
-                f"{self.path} holds no scenes" + ("" if as_of is None else f" at revision {as_of}"),
-                hint=f"`cgdb import MAP --into {self.path}` brings one",
-            )
-        return [self._view(info) for info in infos]
-
-    def _infos(self, names: Sequence[str] | None, as_of: AsOf) -> Sequence[SceneInfo]:
-        if as_of is None:
-            now = self._scenes_now.now()
-            if names is None:
-                return now
-            by_name = {info.name: info for info in now}
-            return [by_name.get(name) or self._ledger.scene(name) for name in names]
-        return self._ledger.scenes(as_of) if names is None else [self._ledger.scene(name, as_of) for name in names]
-
-    def _view(self, info: SceneInfo) -> SceneView:
-        with self._lock:
-            key = (info.id, info.revision)
-            if key not in self._views:
-                self._views[key] = SceneView(info, self._ledger, self._artefacts, self.degrees_of)
-            return self._views[key]
-
-    def _single(self, scene: str | None) -> SceneView:
-        if scene is not None:
-            return self.view(scene)
-        views = self._views_of(None, None)
-        if len(views) > 1:
-            raise BindError(
-                f"the store holds {len(views)} scenes: say which",
-                hint=f"scene={one_of((view.info.name for view in views), most=4)}",
-            )
-        return views[0]
-
-    def _locate(self, object_id: ObjectId, scene: str | None, as_of: AsOf) -> tuple[SceneView, int]:
-        wanted = canonical_id(object_id)
-        views = self._views_of(None if scene is None else [scene], as_of)
-        found = [(view, position) for view in views if (position := view.find(wanted)) is not None]
-        if not found:
-            where = one_of((view.info.name for view in views), most=4)
-            raise BindError(f"there is no object or place #{wanted} in {where}")
-        if len(found) > 1:
-            names = one_of((view.info.name for view, _ in found), most=4)
-            raise BindError(f"#{wanted} is in several scenes: {names}", hint="say which: scene=...")
-        return found[0]
-
-    def _any_info(self, name: str, revisions: Iterable[int]) -> SceneInfo:
-        error: StoreError | None = None
-        for revision in revisions:
-            try:
-                return self._ledger.scene(name, revision)
-            except StoreError as missing:
-                error = missing
-        assert error is not None
-        raise error
-
-    def _forget_old(self) -> None:
-        """Drop the views of revisions that are no longer the latest."""
-        with self._lock:
-            self._wrote = True
-            current = {(info.id, info.revision) for info in self._ledger.scenes()}
-            for key in [key for key in self._views if key not in current]:
-                del self._views[key]
-
-    def _sweep(self) -> None:
-        """Remove index files of old revisions, but the newest of a scene whose latest has none yet: a start for it."""
-        keep = set()
-        for info in self._ledger.scenes():
-            there = self._artefacts.revisions(info.id)
-            keep.add((info.id, info.revision if info.revision in there else max(there, default=0)))
-        self._artefacts.sweep(keep)
-
-
-def _meaning(what: Any, space: str | None) -> Meaning:
-    if isinstance(what, str):
-        if not what.strip():
-            raise BindError("a search needs a text that says something; this one is empty")
-        return TextMeaning(text=what)
-    if isinstance(what, LikeMeaning | TextMeaning | VectorMeaning):
-        return what
-    if not isinstance(what, Vector):
-        values = np.asarray(what, np.float32)
-        if values.ndim != 1 or not values.size:
-            raise BindError(f"a vector to search for has one dimension, not the shape {values.shape}")
-        what = Vector(values=values, space=space)
-    if not np.isfinite(what.values).all():
-        raise BindError("the vector to search for holds NaN or infinite values")
-    return VectorMeaning(parameter="vector", vector=what)
-
-
-def _fitting(view: SceneView, where: str, parameters: Mapping[str, Any], budget: Budget) -> Positions:
-    from cgdb.query.conditions import fitting
-
-    return fitting(view, where, parameters, budget)

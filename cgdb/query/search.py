@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cgdb.errors import BindError
 from cgdb.index.positions import Positions
-from cgdb.meaning.meanings import Meaning, TextMeaning, VectorMeaning
+from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.result import StoredNode
 from cgdb.scene import ObjectId
 
@@ -78,6 +78,24 @@ class Hits(Sequence[Hit]):
     def to_dicts(self) -> list[dict[str, Any]]:
         """One JSON-ready dict per hit: the object's record and the score."""
         return [{**node.to_dict(), "score": float(s)} for node, s in zip(self.nodes, self.scores, strict=True)]
+
+
+def meaning_of(what: Any, space: str | None) -> Meaning:
+    """What is searched for: a text, a vector (d,) of a space, or a meaning as it is. BindError for what is none."""
+    if isinstance(what, str):
+        if not what.strip():
+            raise BindError("a search needs a text that says something; this one is empty")
+        return TextMeaning(text=what)
+    if isinstance(what, LikeMeaning | TextMeaning | VectorMeaning):
+        return what
+    if not isinstance(what, Vector):
+        values = np.asarray(what, np.float32)
+        if values.ndim != 1 or not values.size:
+            raise BindError(f"a vector to search for has one dimension, not the shape {values.shape}")
+        what = Vector(values=values, space=space)
+    if not np.isfinite(what.values).all():
+        raise BindError("the vector to search for holds NaN or infinite values")
+    return VectorMeaning(parameter="vector", vector=what)
 
 
 def search(

@@ -132,6 +132,14 @@ class Ledger:
             hint = did_you_mean(name, there) or (f"there are {one_of(there)}" if there else "the store is empty")
             raise StoreError(f"there is no scene '{name}'{when}", hint=hint)
 
+    def scene_id(self, name: str) -> int:
+        """The number of a scene that there is or was."""
+        with self._reading() as connection:
+            found = history.scene_id(connection, name)
+            if found is None:
+                raise StoreError(f"there never was a scene '{name}'")
+            return found
+
     def revisions(self, scene: str | None = None) -> tuple[Revision, ...]:
         """The history of the store, or of one scene, oldest first."""
         with self._reading() as connection:
