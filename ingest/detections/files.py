@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cgdb.errors import FormatError, UsageError, did_you_mean
 from cgdb.ingest import arrays, gunzip, strict_json
-from cgdb.ingest.detections import frame_pickles as detection_pickles
+from cgdb.ingest.detections import frame_pickles
 from cgdb.ingest.detections.coco import CocoFile
 from cgdb.ingest.detections.detections import Detections, check_room, checked
 from cgdb.ingest.frames import pictures, poses
@@ -161,7 +161,7 @@ def _main(folder: Path) -> Callable[[Frame], Detections]:
         if not path.is_file():
             raise FormatError(f"{path.name}: there are no detections for this frame")
         with gunzip.open_bounded(path) as file:
-            value = detection_pickles.load(file, size=path.stat().st_size)
+            value = frame_pickles.load(file, size=path.stat().st_size)
         if not isinstance(value, dict):
             raise FormatError(f"{path.name}: holds no dictionary of detections")
         return _of_record(value, path)
@@ -186,7 +186,7 @@ def _ali(folder: Path) -> Callable[[Frame], Detections]:
             elif (path / f"{key}.pkl.gz").is_file():
                 packed = path / f"{key}.pkl.gz"
                 with gunzip.open_bounded(packed) as file:
-                    value[key] = detection_pickles.load(file, size=packed.stat().st_size)
+                    value[key] = frame_pickles.load(file, size=packed.stat().st_size)
         return _of_record(value, path)
 
     return read
