@@ -458,11 +458,11 @@ class Database:
             Problem(where=f"ledger{f', scene {d.scene!r}' if d.scene else ''}", message=f"{d.what}: {d.message}")
             for d in self._ledger.check(full=full)
         ]
-        damaged = self._opened.check()
-        if not repair:
-            return (*problems, *(Problem(where="index", message=line) for line in damaged))
-        self._opened.repair(build=not problems)
-        return (*problems, *(Problem(where="index", message=line, repaired=not problems) for line in damaged))
+        damaged = self._opened.check(remove=repair)
+        repaired = repair and not problems
+        if repaired:
+            self._opened.prepare_anew()
+        return (*problems, *(Problem(where="index", message=line, repaired=repaired) for line in damaged))
 
     @contextmanager
     def _budget(self, limits: Limits | None) -> Iterator[Budget]:

@@ -91,14 +91,13 @@ class Opened:
             for key in [key for key in self._views if key not in current]:
                 del self._views[key]
 
-    def check(self) -> list[str]:
-        """What is wrong with the index files, one line each."""
-        return self._artefacts.check()
+    def check(self, *, remove: bool = False) -> list[str]:
+        """What is wrong with the index files, one line each. remove: what is damaged goes, to be built again."""
+        return self._artefacts.check(remove=remove)
 
-    def repair(self, *, build: bool) -> None:
-        """Remove damaged index files; with build, have all of them again."""
-        self._artefacts.repair()
-        for info in self._ledger.scenes() if build else ():
+    def prepare_anew(self) -> None:
+        """Open every scene anew and build the indexes that are not there."""
+        for info in self._ledger.scenes():
             self._views.pop((info.id, info.revision), None)
             self.view(info).prepare()
 

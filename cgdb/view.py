@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cgdb.errors import BindError, CorruptionError, did_you_mean
 from cgdb.index import columns, neighbours
-from cgdb.index.artefacts import Artefact, Artefacts
+from cgdb.index.artefacts import Artefact, Artefacts, Build
 from cgdb.index.catalog import BUILT_IN, Catalog
 from cgdb.index.columns import Columns
 from cgdb.index.graph import GraphIndex, property_column
@@ -148,7 +148,7 @@ class SceneView:
         for space in self.info.spaces:
             self.vectors(space.name)
 
-    def _index(self, kind: str, build: Any) -> Artefact:
+    def _index(self, kind: str, build: Build) -> Artefact:
         with self._lock:
             return self._artefacts.get(kind, self.info.id, self.info.revision, build)
 

@@ -22,7 +22,7 @@ import threading
 import time
 import weakref
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,16 @@ class Artefact:
 
     path: Path
     meta: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """The name of a file here, taken apart. maker: of a data file; None for a sidecar."""
+
+    path: Path
+    scene: int
+    revision: int
+    maker: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,10 +103,10 @@ class Artefacts:
         """The newest valid file of this kind for an older revision of the scene: a start for catching up."""
         ending = f"-{_safe(kind)}.json"
         with self._lock:
-            known = [a for a in self._names() if a["scene"] == scene and a["revision"] < before_revision]
-            for name in sorted(known, key=lambda a: -a["revision"]):
-                if name["name"].endswith(ending) and name["maker"] is None:
-                    found = self._open(self.folder / name["name"], kind)
+            known = [one for one in self._sidecars() if one.scene == scene and one.revision < before_revision]
+            for entry in sorted(known, key=lambda one: -one.revision):
+                if entry.path.name.endswith(ending):
+                    found = self._open(entry.path, kind)
                     if isinstance(found, Artefact):
                         return found
         return None
@@ -104,7 +114,7 @@ class Artefacts:
     def revisions(self, scene: int) -> set[int]:
         """The revisions of a scene that have files here, valid or not."""
         with self._lock:
-            return {name["revision"] for name in self._names() if name["scene"] == scene and name["maker"] is None}
+            return {entry.revision for entry in self._sidecars() if entry.scene == scene}
 
     def sweep(self, keep: set[tuple[int, int]]) -> list[str]:
         """Remove the files of every (scene, revision) that is not kept, and what dead builders left; the names removed.
@@ -115,42 +125,33 @@ class Artefacts:
         if not self._writable:
             return removed
         with self._lock:
-            names = list(self._names())
-            referenced = {s.file for n in names if n["maker"] is None and (s := _read(self.folder / n["name"]))}
-            for name in names:
-                path = self.folder / name["name"]
-                kept = (name["scene"], name["revision"]) in keep
-                if name["maker"] is None or name["name"] in referenced:
-                    doomed = not kept
+            entries = self._entries()
+            referenced = {described.file for one in entries if one.maker is None and (described := _read(one.path))}
+            for entry in entries:
+                path = entry.path
+                if entry.maker is None or path.name in referenced:
+                    doomed = (entry.scene, entry.revision) not in keep
                 else:
-                    doomed = _abandoned(path, name["maker"])
+                    doomed = _abandoned(path, entry.maker)
                 if doomed and _remove(path):
-                    removed.append(name["name"])
-                    self._verified.pop(name["name"], None)
+                    removed.append(path.name)
+                    self._verified.pop(path.name, None)
         return removed
 
-    def check(self) -> list[str]:
-        """Read every file again and compare it with its checksum: one line for each problem."""
-        problems: list[str] = []
-        with self._lock:
-            for name in self._names():
-                if name["maker"] is None:
-                    self._verified.clear()
-                    found = self._open(self.folder / name["name"], None)
-                    if isinstance(found, str):
-                        problems.append(found)
-        return problems
+    def check(self, *, remove: bool = False) -> list[str]:
+        """Read every file again and compare it with its checksum: one line for each problem.
 
-    def repair(self) -> list[str]:
-        """Remove every damaged file, so that its next use builds it again; the problems that were found."""
+        remove: the sidecar of each damaged file, so that its next use builds it again.
+        """
         problems: list[str] = []
         with self._lock:
-            for name in list(self._names()):
-                path = self.folder / name["name"]
-                self._verified.clear()
-                if name["maker"] is None and isinstance(found := self._open(path, None), str):
+            self._verified.clear()
+            for entry in self._sidecars():
+                found = self._open(entry.path, None)
+                if isinstance(found, str):
                     problems.append(found)
-                    _remove(path)
+                    if remove:
+                        _remove(entry.path)
         return problems
 
     def close(self) -> None:
@@ -164,19 +165,19 @@ class Artefacts:
 
     # ------------------------------------------------------------------------------------------------------------
 
-    def _names(self) -> Iterator[dict[str, Any]]:
+    def _entries(self) -> list[_Entry]:
         try:
             names = sorted(entry.name for entry in os.scandir(self.folder))
         except OSError:
-            return
-        for name in names:
-            if match := _OWNED.fullmatch(name):
-                yield {
-                    "name": name,
-                    "scene": int(match["scene"]),
-                    "revision": int(match["revision"]),
-                    "maker": match["maker"],
-                }
+            return []
+        return [
+            _Entry(self.folder / name, int(match["scene"]), int(match["revision"]), match["maker"])
+            for name in names
+            if (match := _OWNED.fullmatch(name))
+        ]
+
+    def _sidecars(self) -> list[_Entry]:
+        return [entry for entry in self._entries() if entry.maker is None]
 
     def _open(self, path: Path, kind: str | None) -> Artefact | str:
         """The file that a sidecar names, or in one line why it cannot be used."""

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from sqlalchemy import Connection, func, insert, select, update
 
-from cgdb.errors import CorruptionError
+from cgdb.errors import CorruptionError, StoreError
 from cgdb.scene import FeatureSpace
 from cgdb.storage import rows, schema
 
@@ -127,6 +127,38 @@ def read_revisions(connection: Connection) -> Iterator[Revision]:
         expected += 1
     if expected != latest(connection) + 1:
         raise CorruptionError(f"revision {expected} of the ledger is damaged or missing")
+
+
+def resolve(connection: Connection, as_of: int | str | datetime | None) -> int:
+    """The revision that a number, an ISO time or a moment stands for; None is the latest. StoreError where none does."""
+    last = latest(connection)
+    if as_of is None:
+        return last
+    if isinstance(as_of, str) and as_of.isascii() and as_of.isdigit() and len(as_of) < 19:
+        as_of = int(as_of)
+    if isinstance(as_of, int):
+        if not 1 <= as_of <= last:
+            there = f"there are 1 to {last}" if last else "the store is empty"
+            raise StoreError(f"there is no revision {as_of}", hint=there)
+        return as_of
+    if isinstance(as_of, str):
+        as_of = _moment(as_of)
+    moment = as_of if as_of.tzinfo is not None else as_of.replace(tzinfo=UTC)
+    found = revision_at(connection, moment)
+    if found == 0:
+        raise StoreError(f"there was no revision yet at {moment.isoformat()}")
+    if found == last and moment > datetime.now(UTC):
+        raise StoreError(f"{moment.isoformat()} lies in the future", hint="leave it out for the latest revision")
+    return found
+
+
+def _moment(text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise StoreError(
+            f"{text[:60]!r} is neither a revision nor a time", hint="a time reads 2025-03-01T12:00 (UTC)"
+        ) from None
 
 
 def revision_at(connection: Connection, moment: datetime) -> int:

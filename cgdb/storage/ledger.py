@@ -11,7 +11,7 @@ import contextlib
 import os
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import datetime
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -109,19 +109,19 @@ class Ledger:
     def resolve(self, as_of: int | str | datetime | None) -> int:
         """The revision that a number, an ISO time or a moment stands for; None is the latest."""
         with self._reading() as connection:
-            return _resolve(connection, as_of)
+            return history.resolve(connection, as_of)
 
     def scenes(self, as_of: int | str | datetime | None = None) -> tuple[SceneInfo, ...]:
         """The scenes that exist at a revision, by name."""
         with self._reading() as connection:
-            at = _resolve(connection, as_of)
+            at = history.resolve(connection, as_of)
             known_as = None if as_of is None else at
             return tuple(header.info(known_as) for header in history.live_headers(connection, at))
 
     def scene(self, name: str, as_of: int | str | datetime | None = None) -> SceneInfo:
         """One scene at a revision."""
         with self._reading() as connection:
-            at = _resolve(connection, as_of)
+            at = history.resolve(connection, as_of)
             scene_id = history.scene_id(connection, name)
             if scene_id is not None:
                 header = history.read_header(connection, scene_id, name, at)
@@ -202,7 +202,7 @@ class Ledger:
         with self._reading() as connection:
             for revision in (a, b):
                 if revision != 0:
-                    _resolve(connection, revision)
+                    history.resolve(connection, revision)
             names = {number: name for name, number in history.scene_names(connection).items()}
             if scene_id not in names:
                 raise StoreError(f"there is no scene with number {scene_id}")
@@ -375,37 +375,6 @@ def _identify(engine: Engine, file: Path) -> str:
             hint="pip install --upgrade cgdb",
         )
     return str(values["store"])
-
-
-def _resolve(connection: Connection, as_of: int | str | datetime | None) -> int:
-    last = history.latest(connection)
-    if as_of is None:
-        return last
-    if isinstance(as_of, str) and as_of.isascii() and as_of.isdigit() and len(as_of) < 19:
-        as_of = int(as_of)
-    if isinstance(as_of, int):
-        if not 1 <= as_of <= last:
-            there = f"there are 1 to {last}" if last else "the store is empty"
-            raise StoreError(f"there is no revision {as_of}", hint=there)
-        return as_of
-    if isinstance(as_of, str):
-        as_of = _moment(as_of)
-    moment = as_of if as_of.tzinfo is not None else as_of.replace(tzinfo=UTC)
-    found = history.revision_at(connection, moment)
-    if found == 0:
-        raise StoreError(f"there was no revision yet at {moment.isoformat()}")
-    if found == last and moment > datetime.now(UTC):
-        raise StoreError(f"{moment.isoformat()} lies in the future", hint="leave it out for the latest revision")
-    return found
-
-
-def _moment(text: str) -> datetime:
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        raise StoreError(
-            f"{text[:60]!r} is neither a revision nor a time", hint="a time reads 2025-03-01T12:00 (UTC)"
-        ) from None
 
 
 def _dimension(info: SceneInfo, space: str) -> int:

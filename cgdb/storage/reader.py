@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import islice
@@ -112,18 +112,11 @@ def lifetimes(reading: Reading, info: SceneInfo, part: str, damaged: list[str], 
     which = true() if every else schema.live(table, info.revision)
     for found in _pages(reading, info, part, 256 if part in _LARGE else 4096, damaged, which, total=False):
         for row, digest, _ in found:
-            start = len(_ORDER[table])
-            yield Lifetime(digest=digest, rev_from=row[start], rev_to=row[start + 1])
+            yield Lifetime(digest=digest, rev_from=row.rev_from, rev_to=row.rev_to)
 
 
-_ORDER: dict[Table, tuple[str, ...]] = {
-    schema.nodes: ("key",),
-    schema.relations: ("source", "target", "label", "origin"),
-    schema.features: ("key",),
-    schema.clouds: ("key",),
-    schema.views: ("key", "rank"),
-}
-"""The columns that name a live row, in the order of reading."""
+_ORDER = {name: columns[: columns.index("rev_from") + 1] for name, columns in COLUMNS.items()}
+"""The columns by which rows are read in order: what names one, then rev_from, for in history a name has several."""
 
 _LARGE = ("clouds", "views")
 """Parts that are not read whole without need."""
@@ -145,14 +138,13 @@ def _pages(
     which: ColumnElement[bool],
     *,
     total: bool = True,
-) -> Iterator[list[tuple[Sequence[Any], int, Any]]]:
+) -> Iterator[list[tuple[Row[Any], int, Any]]]:
     """Row, digest and record of each verified row, page by page; each page continues after the one before.
 
     A damaged row is an error or, where there is a list for them, an entry there. total: compare the sums at the end.
     """
     table = _table(part)[0]
-    # rev_from last: where history is read, a name has several rows.
-    order = [table.c[name] for name in (*_ORDER[table], "rev_from")]
+    order = [table.c[name] for name in _ORDER[table.name]]
     width = len(order)
     statement = _select(part).where(table.c.scene_id == info.id, which).order_by(*order)
     sums = PartSum(reading, info, part)
@@ -171,7 +163,7 @@ def _pages(
                 raise
             damaged.append(error.message)
             raw, last = _salvaged(reading, info, page, order[0], after, damaged), True
-        found: list[tuple[Sequence[Any], int, Any]] = []
+        found: list[tuple[Row[Any], int, Any]] = []
         for row in raw:
             try:
                 digest, value = verified(part, info.id, info.name, row)
