@@ -130,7 +130,7 @@ def read_revisions(connection: Connection) -> Iterator[Revision]:
 
 
 def resolve(connection: Connection, as_of: int | str | datetime | None) -> int:
-    """The revision that a number, an ISO time or a moment stands for; None is the latest. StoreError where none does."""
+    """The revision that a number, an ISO time or a moment stands for; None: the latest. StoreError where none does."""
     last = latest(connection)
     if as_of is None:
         return last
