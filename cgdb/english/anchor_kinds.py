@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 from cgdb.english import cues
-from cgdb.english.phrases import words
+from cgdb.english.phrases import listed, words
 from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.words import singular
+
+_PARTS = listed(
+    """windowsill sill ledge doorway doorframe threshold stair stairs staircase step landing hallway hall corridor aisle
+    entrance exit middle center centre side end edge front back top bottom area zone spot place space surface background
+    foreground distance alcove nook niche upstairs downstairs outdoors indoors outside inside entry kitchen bedroom
+    bathroom lounge office lobby reception garage basement attic bedtime night morning evening noon day daytime
+    lunchtime dinnertime nighttime moment time"""
+)
 
 
 def is_structure(anchor: str) -> bool:
     """Whether it is a wall, a floor and the like, of which most maps say little."""
     found = words(anchor)
     return bool(found) and found[-1].form in cues.STRUCTURE
+
+
+def seldom_mapped(anchor: str) -> bool:
+    """Whether maps seldom hold such a thing, so that none of it says nothing: walls, sills, corners, what is there by
+    day.
+    """
+    found = words(anchor)
+    return bool(found) and (is_structure(anchor) or singular(found[-1].form) in _PARTS)
 
 
 def compound(wanted: str, anchor: str) -> str | None:

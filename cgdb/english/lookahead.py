@@ -24,7 +24,7 @@ _PUT = listed(
     hiding resting lurking folded sunk stored stuck discarded ditched lined fixed hung draped stood sat"""
 )
 _WAYS = listed("over up down out back away off along across round around through")
-_AREAS = listed("room area zone section department ward bay wing annexe suite hall quarters")
+AREAS = listed("room area zone section department ward bay wing annexe suite hall quarters")
 _COUNTS = listed("got all both several many few lots loads")
 _BEHIND_WAYS = listed("by near next in on at inside under beside behind against close")
 _NO_ANCHOR = listed("and or for with to but is are that which , can i we you")
@@ -157,8 +157,8 @@ class Lookahead:
         """Where "waiting area", "front desk area" or "boiler room" ends: a part of the place that has no other name."""
         for end in range(i + 2, min(i + 4, len(self._words)) + 1):
             form = self._form_at(end - 1)
-            if form in _AREAS:
-                return end
+            if form in AREAS or cues.rooms().only(form):
+                return end  # "the kids' bedroom"
             if form in FUNCTION_WORDS or self._form_at(end - 2) in _NO_ANCHOR:
                 return None
         return None

@@ -18,7 +18,8 @@ from cgdb.english.affordances import PROPERTY, Affordance, affordance_of
 from cgdb.english.anchor_kinds import compound, is_structure, same_kind
 from cgdb.english.clauses import depicts
 from cgdb.english.intent import Asked, Located, Measured, Setting
-from cgdb.english.lookahead import PREVIOUS
+from cgdb.english.lookahead import AREAS, PREVIOUS
+from cgdb.english.looser import Looser, of_exclusion, of_relation
 from cgdb.english.phrases import words
 from cgdb.english.question_forms import Given, given
 from cgdb.english.question_values import Values
@@ -43,10 +44,14 @@ _SUPERLATIVE = re.compile(r"\b(?:(?:the )?(?:most|least) \w+|\w{3,}est)\b", re.I
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """A condition of the statement and how it is said of a thing that does not meet it."""
+    """A condition of the statement and how it is said of a thing that does not meet it.
+
+    looser: what may be asked instead where nothing fits, the nearest first.
+    """
 
     expression: ast.Expression
     lacks: str
+    looser: tuple[Looser, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,11 +123,14 @@ class _Writer:
             self._ask(self._state(asked.state), f"not {asked.state}", f"state: {asked.state}")
         for text in asked.excluded:
             sort = _SORTS[knowledge().facets(text).form]
-            self._ask(ast.Not(item=similar(text)), f"{text}, which is excluded", f"excluded ({sort}): {text}")
+            out: ast.Expression = ast.Not(item=similar(text))
+            loose = of_exclusion(text, out) if asked.use else ()
+            self._ask(out, f"{text}, which is excluded", f"excluded ({sort}): {text}", loose)
         for i, located in enumerate(asked.located):
             before = asked.located[i - 1] if located.chained else None
             says = f"it is {located.text}" if located.negated else f"not {located.text}"
-            self._ask(self._located(asked, located, before), says)
+            condition = self._located(asked, located, before)
+            self._ask(condition, says, looser=self._looser(located, condition))
         if asked.places:
             where = " or ".join(asked.places)
             inside = parts.any_of([self._in_place(name) for name in asked.places])
@@ -148,8 +156,8 @@ class _Writer:
             conditions.insert(0, form.condition)
         return _statement(subject, self.values.patterns, conditions, form)
 
-    def _ask(self, condition: ast.Expression, lacks: str, says: str = "") -> None:
-        self.conditions.append(Condition(expression=condition, lacks=lacks))
+    def _ask(self, condition: ast.Expression, lacks: str, says: str = "", looser: tuple[Looser, ...] = ()) -> None:
+        self.conditions.append(Condition(expression=condition, lacks=lacks, looser=looser))
         if says:
             self._say(says)
 
@@ -191,6 +199,8 @@ class _Writer:
             asked = replace(asked, state=None, wanted=asked.with_state)
             self.assumed.append(f"{asked.with_state}: the map holds no states, so that was matched by meaning")
         if self.catalog.room_label is None and (asked.places or asked.not_places):
+            asked = self._places_spoken_of(asked)
+        if self.catalog.room_label is None and (asked.places or asked.not_places):
             where = f"in the {' or '.join(asked.places)}" if asked.places else ""
             denied = tuple(f"in the {place}" for place in asked.not_places)
             self.assumed.append(f"{' '.join((where, *denied)).strip()}: the map holds no rooms, so the words decide")
@@ -220,6 +230,24 @@ class _Writer:
             self.assumed.append(f"{said}: the map holds no relations, so the words decide")
             asked = replace(asked, wanted=wanted, located=(), excluded=(*asked.excluded, *denied))
         return asked
+
+    def _places_spoken_of(self, asked: Asked) -> Asked:
+        """Without the places that no word of the map speaks of: they would only cloud what is wanted."""
+        known = self.setting.words
+
+        def spoken_of(place: str) -> bool:
+            own = [word.form for word in words(place) if word.form not in AREAS and len(word.form) > 2]
+            return not known or not own or all(word in known or singular(word) in known for word in own)
+
+        unknown = [place for place in (*asked.places, *asked.not_places) if not spoken_of(place)]
+        self.ignored.extend(
+            f"in the {place}: the map holds no rooms, and nothing in it speaks of one" for place in unknown
+        )
+        return replace(
+            asked,
+            places=tuple(place for place in asked.places if place not in unknown),
+            not_places=tuple(place for place in asked.not_places if place not in unknown),
+        )
 
     def _by_captions(self, asked: Asked) -> Asked:
         """Where there are no relations: what is not so placed, and what something that is not named is at.
@@ -291,6 +319,12 @@ class _Writer:
             edges = (self._edge(located, anchor) for anchor in anchors)
             return ast.Not(item=parts.any_of([*edges, *kinds, *self._told(located, anchors)]))
         return parts.all_of([self._softly(asked, located, anchor, before) for anchor in anchors])
+
+    def _looser(self, located: Located, condition: ast.Expression) -> tuple[Looser, ...]:
+        meant = {anchor: self._meant(anchor) for anchor in located.anchors if anchor and anchor != PREVIOUS}
+        if len(meant) < len(located.anchors):
+            return ()
+        return of_relation(self.catalog, self._by_side(located), condition, meant)
 
     def _told(self, located: Located, anchors: Sequence[str]) -> list[ast.Expression]:
         """That the captions say it, where they tell where things are."""

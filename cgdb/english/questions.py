@@ -188,7 +188,7 @@ def _cuts(text: str, found: Sequence[Word], begin: int, i: int) -> bool:
     if i == begin or form not in _BEFORE_REASONS:
         return False
     following = found[i + 1].form if i + 1 < len(found) else ""
-    if form in _BECAUSE and following != "of":
+    if (form in _BECAUSE and following != "of") or out_of_use(text, found[begin:i]):
         return True
     if following in _ANYTHING and found[begin].form in _TELLERS:
         return True  # "I'm sick of magazines, something else to read"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
@@ -82,6 +82,12 @@ def edge(catalog: Catalog, name: str, *, inverse: bool = False) -> ast.EdgePatte
     if turned:
         return ast.EdgePattern(labels=turned, direction=out if inverse else back)
     return ast.EdgePattern(direction=ast.Direction.ANY)
+
+
+def any_of(catalog: Catalog, names: Iterable[str]) -> ast.EdgePattern | None:
+    """Any of these relations, either way, as the store calls them; None where it has none of them."""
+    labels = _labels(catalog, *(_NAMES[name] for name in names))
+    return ast.EdgePattern(labels=labels, direction=ast.Direction.ANY) if labels else None
 
 
 def touching(catalog: Catalog, name: str) -> ast.EdgePattern:

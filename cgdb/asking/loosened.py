@@ -1,0 +1,84 @@
+"""Where nothing fits as it was said: the statement with a condition asked less strictly, or left out, and what that is.
+
+What is wanted must be there all the same: a thing of another kind, or for another use, is no answer. Of a thing that is
+what is wanted, a condition that the map cannot tell, or tells a little otherwise, is worth an answer that says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import combinations, product
+from typing import TYPE_CHECKING
+
+from cgdb.asking.statements import best_of, like
+from cgdb.english import tree_parts as parts
+from cgdb.grammar import ast
+from cgdb.grammar.printer import to_text
+from cgdb.result import Result
+
+if TYPE_CHECKING:
+    from cgdb.english.looser import Looser
+    from cgdb.english.translate import Translation
+
+Run = Callable[[ast.Query], Result]
+
+MOST_TRIES = 8
+"""Statements that are run in search of one that something fits."""
+
+
+def loosened(made: Translation, run: Run) -> Translation | None:
+    """The translation that something fits and that asks least less; None where nothing fits any."""
+    if made.asked.form not in ("find", "exists", "where") or not made.wanted:
+        return None
+    choices = [_possible(one.looser, run) for one in made.conditions]
+    if not any(choices):
+        return None
+    subject = next((node for node in made.query.patterns[0].nodes if node.variable == parts.SUBJECT), None)
+    if subject is None or run(best_of(subject, 1)).nothing_fits:
+        return None
+    for tried, chosen in enumerate(_ways(choices)):
+        if tried == MOST_TRIES:
+            break
+        query = _with(made, chosen)
+        if not run(query).nothing_fits:
+            says = tuple(one.says for one in chosen if one is not None)
+            return replace(made, query=query, text=to_text(query), assumed=tuple(dict.fromkeys((*made.assumed, *says))))
+    return None
+
+
+def _possible(looser: tuple[Looser, ...], run: Run) -> tuple[Looser, ...]:
+    """Those that hold: what is left out because the map knows no such thing must not be there."""
+    return tuple(one for one in looser if all(run(best_of(like(_text(a)), 1)).nothing_fits for a in one.absent))
+
+
+def _ways(choices: list[tuple[Looser, ...]]) -> Iterator[tuple[Looser | None, ...]]:
+    """What to ask of each condition, None for as it was said: one changed, all of them, then some."""
+    free = [i for i, one in enumerate(choices) if one]
+    sizes = dict.fromkeys((1, len(free), *range(2, len(free))))
+    for changed in (some for size in sizes for some in combinations(free, size)):
+        for chosen in product(*(choices[i] for i in changed)):
+            at = dict(zip(changed, chosen, strict=True))
+            yield tuple(at.get(i) for i in range(len(choices)))
+
+
+def _with(made: Translation, chosen: tuple[Looser | None, ...]) -> ast.Query:
+    where = made.query.where
+    left = list(_parts(where)) if where is not None else []
+    for condition, instead in zip(made.conditions, chosen, strict=True):
+        if instead is None:
+            continue
+        own = _parts(condition.expression)
+        at = next((left.index(part) for part in own if part in left), len(left))
+        left = [part for part in left if part not in own]
+        if instead.expression is not None:
+            left[at:at] = [instead.expression]
+    return replace(made.query, where=parts.all_of(left) if left else None)
+
+
+def _parts(condition: ast.Expression) -> tuple[ast.Expression, ...]:
+    return condition.items if isinstance(condition, ast.And) else (condition,)
+
+
+def _text(text: str) -> ast.Text:
+    return ast.Text(value=parts.cut(text))
