@@ -18,7 +18,7 @@ from cgdb.ingest.mapping import checkpoint
 from cgdb.ingest.mapping.ahead import detected, in_thread
 from cgdb.ingest.mapping.mapper import Mapper, Mapping
 from cgdb.ingest.mapping.sessions import carried, mapper_of
-from cgdb.scene import Relation, SceneGraph, check_scene
+from cgdb.scene import Relation, SceneGraph, SceneObject, check_scene
 from tests.mapping_rooms import ROOM, Box, room_frame
 
 EVENING = tuple(box for box in ROOM if box.name != "vase")
@@ -112,6 +112,28 @@ def test_what_others_said_of_objects_is_carried_on() -> None:
     assert (urn.tag, urn.caption, urn.properties["material"]) == ("urn", "a blue urn", "clay")
     # Nobody has looked for it since.
     assert urn.properties["present"] is False and after.relations == (stated,)
+
+
+def test_a_name_is_kept_from_whoever_gave_it_but_the_map_itself() -> None:
+    now = SceneGraph(
+        name="room", objects=tuple(SceneObject(id=i, tag="seat", tags=("seat", "chair")) for i in range(4))
+    )
+    stored = SceneGraph(
+        name="room",
+        objects=(
+            SceneObject(id=0, tag="chair", tags=("chair", "seat")),
+            SceneObject(id=1, tag="throne", tags=("chair", "seat")),
+            SceneObject(id=2, tag="stool", tags=("stool",), properties={"tagged_by": "clip"}),
+            SceneObject(id=3, tag=None),
+        ),
+    )
+    own = dict.fromkeys(range(4), ("chair", ("chair", "seat")))
+    named = [(obj.tag, obj.tags) for obj in carried(now, stored, own).objects]
+    seat = ("seat", ("seat", "chair"))
+    assert named == [seat, ("throne", ("chair", "seat")), ("stool", ("stool",)), seat]
+    # Nothing is known of what the map itself said: a name that no model gave is taken for its own.
+    named = [(obj.tag, obj.tags) for obj in carried(now, stored).objects]
+    assert named == [seat, seat, ("stool", ("stool",)), seat]
 
 
 def test_a_scene_that_was_not_mapped_is_refused() -> None:
