@@ -16,9 +16,11 @@ import pytest
 from cgdb.errors import CgdbError, FormatError, UsageError
 from cgdb.ingest.evaluation import ply
 from cgdb.ingest.evaluation.annotated import read_annotated
+from cgdb.ingest.evaluation.graph import evaluate_graph
 from cgdb.ingest.evaluation.labelled import read_labelled
 from cgdb.ingest.evaluation.mapping import truth_of
 from cgdb.ingest.evaluation.names import class_names
+from cgdb.scene import SceneGraph, SceneObject
 
 HEADER = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 
@@ -153,6 +155,26 @@ def test_a_scan_is_an_annotated_scene_without_relations(tmp_path: Path) -> None:
         assert [(obj.id, obj.tags) for obj in found.objects] == [(0, ("chair",)), (2, ("office chair", "chair"))]
         assert found.objects[1].points is not None and found.objects[1].points.tolist() == [[7, 1, 1], [8, 0, 2]]
         assert not found.relations
+
+
+def test_an_object_that_a_cloud_does_not_show_is_none_and_ids_of_clouds_are_their_own(tmp_path: Path) -> None:
+    corner = np.array([[0, 0, 0], [1, 1, 1]], np.float32)
+    np.savez(
+        tmp_path / "objects.npz",
+        vox_pts=np.concatenate([corner, corner + 5]),
+        vox_id=[2, 2, 3, 3],
+        is_bg=[False] * 3,
+        frames_seen=[0, 9, 9],
+        cls=[0, 0, 1],
+    )
+    written(tmp_path / "gsa_classes_sim.json", '["cup", "box"]')
+    truth = read_annotated(tmp_path)
+    assert [(obj.id, obj.tag) for obj in truth.objects] == [(2, "cup"), (3, "box")]
+    box = {"center": np.full(3, 5.5), "extent": np.ones(3)}
+    scene = SceneGraph(name="s", objects=(SceneObject(id=2, tag="box", **box), SceneObject(id=1, tag="cup")))
+    assert [(node.id, node.truth, node.right) for node in evaluate_graph(scene, truth).nodes] == [
+        (2, 3, True), (1, None, False),
+    ]  # fmt: skip
 
 
 def spoil_groups(parts: Scan) -> None:

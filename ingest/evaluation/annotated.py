@@ -25,13 +25,13 @@ from cgdb.scene import LARGEST_COORDINATE, Relation, SceneGraph, SceneObject, ca
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AnnotatedScene:
     """objects: with boxes or points where they are known; their tags are all they may be called. relations:
-    all that hold; judged: whether they are known, so that edges can be held against them. places: ids of rooms and the
-    like, which relations may name."""
+    all that hold. places: ids of rooms and the like, which relations may name. of_cloud: whether it is a labelled
+    cloud, which says nothing of relations, and whose ids are its own."""
 
     objects: tuple[SceneObject, ...]
     relations: tuple[Relation, ...]
     places: frozenset[int | str] = frozenset()
-    judged: bool = True
+    of_cloud: bool = False
 
 
 def read_annotated(path: str | Path) -> AnnotatedScene:
@@ -69,7 +69,7 @@ def _of_map(path: Path) -> AnnotatedScene:
 
 
 def _of_cloud(cloud: labelled.LabelledCloud, where: str) -> AnnotatedScene:
-    """The things of a labelled cloud, by what people called them and by their class."""
+    """The things of a labelled cloud that it shows, by what people called them and by their class."""
     truth = truth_of(cloud, where)
     order = np.argsort(truth.owner, kind="stable")
     bounds = np.searchsorted(truth.owner[order], np.arange(len(truth.things) + 1))
@@ -77,8 +77,10 @@ def _of_cloud(cloud: labelled.LabelledCloud, where: str) -> AnnotatedScene:
     for row in np.flatnonzero(truth.things).tolist():
         names = tuple(dict.fromkeys(filter(None, (cloud.called[row] if cloud.called else "", truth.names[row]))))
         points = truth.points[order[bounds[row] : bounds[row + 1]]]
+        if not len(points):
+            continue
         objects.append(SceneObject(id=truth.ids[row], tag=names[0] if names else None, tags=names, points=points))
-    return AnnotatedScene(objects=tuple(objects), relations=(), judged=False)
+    return AnnotatedScene(objects=tuple(objects), relations=(), of_cloud=True)
 
 
 def _annotated(value: Mapping[str, Any]) -> AnnotatedScene:

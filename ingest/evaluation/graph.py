@@ -117,7 +117,7 @@ def evaluate_graph(
     room = {fold(name) for name in exclude}
     objects = [obj for obj in truth.objects if room.isdisjoint(_names(obj))]
     nodes = [obj for obj in nodes_of(scene) if obj.tag is None or not is_called(obj, tuple(room))]
-    shown = match(nodes, objects, by, least_iou, scene.up)
+    shown = match(nodes, objects, "box" if truth.of_cloud and by == "auto" else by, least_iou, scene.up)
     acceptable = {obj.id: _names(obj) for obj in objects}
     verdicts = tuple(
         NodeVerdict(
@@ -137,7 +137,7 @@ def evaluate_graph(
     asked = {obj.id for obj in objects} | truth.places
     stated = (_edge(r, means, truth.places) for r in truth.relations if {r.source, r.target} <= asked)
     true = {edge for edge in stated if not wanted or edge[1] in wanted}
-    counted = (wanted or {label for _, label, _ in true}) if truth.judged else set()
+    counted = (wanted or {label for _, label, _ in true}) if not truth.of_cloud else set()
     edges: dict[Edge, Edge | None] = {}
     looked_at = {node.id for node in nodes} | places
     for relation in scene.relations:
