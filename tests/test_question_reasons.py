@@ -54,6 +54,12 @@ def said(asked: Asked) -> str:
         ("the suitcase up on the wardrobe", "suitcase; on wardrobe"),
         ("a chair, but nothing out in the waiting room", "chair; not in waiting room"),
         ("a plant at the front desk area", "plant; in front desk area"),
+        ("the remote that got left on the couch", "remote; on couch"),
+        # corrections
+        ("not a mug - a glass", "glass; no mug"),
+        ("not the red one, the blue cup", "blue cup; no red"),
+        ("screwdriver - NOT the flathead", "screwdriver; no flathead"),
+        ("something to sit on, not a chair, a sofa or a stool", "something to sit on; no chair; no sofa; no stool"),
         # whose relation it is
         ("the screen on the desk that has the lamp on it", "screen; on desk; on lamp"),
         ("the rug under the table with a vase on it", "rug; under table; on vase"),
@@ -67,3 +73,16 @@ def test_what_is_said_beside_the_question(question: str, meant: str) -> None:
 def test_what_an_anchor_has_may_be_the_anchors() -> None:
     located = understand("the screen on the desk that has the lamp on it").located
     assert [(one.inverse, one.chained) for one in located] == [(False, False), (True, True)]
+
+
+@pytest.mark.parametrize(
+    ("question", "text"),
+    [
+        ("the chair closer to the door", "closer to door"),
+        ("the lamp further away from the sofa", "further away from sofa"),
+    ],
+)
+def test_of_two_the_nearer(question: str, text: str) -> None:
+    first = understand(question).first
+    assert first is not None
+    assert (first.by, first.text) == ("distance", text)

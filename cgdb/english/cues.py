@@ -164,8 +164,9 @@ PARTICIPLES = listed(
 
 # by: (function, from large to small). "z" is the height of the middle over the origin.
 _SUPERLATIVES: Mapping[tuple[str, bool], str] = {
-    ("distance", False): "nearest, closest, most nearby, nearest by",
-    ("distance", True): "farthest, furthest, most distant, farthest away, furthest away",
+    ("distance", False): "nearest, closest, most nearby, nearest by, nearer|closer to, nearer|closer of the? two",
+    ("distance", True): """farthest, furthest, most distant, farthest away, furthest away, further|farther away? from,
+        further|farther of the? two""",
     ("volume", True): "largest, biggest, greatest, bulkiest, most voluminous, larger|bigger of the? two",
     ("volume", False): "smallest, tiniest, littlest, most compact, smaller of the? two",
     ("height", True): "tallest, taller of the? two",

@@ -23,6 +23,7 @@ _PUT = listed(
     dangling drooping slumped curled sprawled nestled plonked plopped abandoned forgotten lodged poking peeking sticking
     hiding resting lurking folded sunk stored stuck discarded ditched lined fixed hung draped stood sat"""
 )
+_GOT = listed("got gets been was were")
 _WAYS = listed("over up down out back away off along across round around through")
 AREAS = listed("room area zone section department ward bay wing annexe suite hall quarters")
 _COUNTS = listed("got all both several many few lots loads")
@@ -65,6 +66,8 @@ class Lookahead:
 
     def _placed(self, j: int) -> bool:
         """Whether a word says how something has been put where a relation says: "dumped on the bed"."""
+        if self._form_at(j) in _GOT:
+            return self._form_at(j + 1) in _PUT | cues.PARTICIPLES  # "the cup that got left on the table"
         return self._form_at(j) in _PUT and cues.relations().at(self._words, j + 1) is not None
 
     def _way(self, j: int) -> bool:
@@ -93,9 +96,14 @@ class Lookahead:
                 return j
             if self._form_at(j) in ("to", "for") and not self._prefix and all_generic(self._trimmed(self._wanted)):
                 return j  # "anything but a knife to cut bread"
-            if self._form_at(j) == "," and self._inserted(i, j):
+            if self._form_at(j) == "," and (self._inserted(i, j) or self._corrects(j)):
                 return j
         return max(i, len(self._words))
+
+    def _corrects(self, j: int) -> bool:
+        """Whether what is wanted is said behind what is not: "not the red one, the blue cup"."""
+        rest = {word.form for word in self._words[j + 1 :]}
+        return not self._wanted and self._form_at(j + 1) in ("a", "an", "the", "some") and not rest & _AND
 
     def _inserted(self, begin: int, end: int) -> bool:
         """Whether what is excluded is a word thrown in: "a red, not blue, chair"."""

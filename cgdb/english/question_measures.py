@@ -234,6 +234,7 @@ def first(text: str, found: Sequence[Word], begin: int, things: Things) -> tuple
             if at is not None:
                 names, end = things(at + 1)
                 to, away = next(iter(names), None), (at, end)
+        said = said.removesuffix(" to").removesuffix(" from")
         said = f"{said} to {to}" if to and not descending else f"{said} from {to}" if to else said
     return First(by=by, descending=descending, to=to, rank=rank, count=count, text=said), j, away
 

@@ -6,6 +6,7 @@ and the pieces stay as they were written, for ``~`` to match by meaning. What is
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -27,6 +28,7 @@ MOST_PARTS = 12
 
 _BACK = frozenset(("it", "them", "they", "these", "those", "that", "this", "that one", "this one"))
 _ENDS = frozenset(".;?!")
+_DASH = re.compile(r"\s+(?:-+|–|—)\s+|\s*—\s*")
 _JOINS = frozenset((",", ":", "so", "and", "but"))
 _BECAUSE = frozenset(("because", "since", "cause", "cos"))
 _TELLERS = frozenset(("i", "we"))
@@ -40,7 +42,7 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
 
     previous: something was found before, which "it" and "them" may mean.
     """
-    text = cleaned(question)
+    text = _DASH.sub(", ", cleaned(question))
     out = _written_out(text)
     back, text = out != text, out
     found = without_thrown_in(without_asides(words(text)))
