@@ -116,7 +116,7 @@ class Voxels:
     def fill(self, held: Mapping[str, NDArray[Any]], free: NDArray[np.integer]) -> None:
         """Hold exactly these voxels: for each of COLUMNS its values, row by row. free: rows that hold none."""
         n = len(held["cells"])
-        self.__init__(self.size)  # type: ignore[misc]
+        self._tree = Tree(_ROOM // 16)
         self._make_rows(max(_ROOM, n + n // 4))
         self.count = n
         for name in COLUMNS:
