@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import cgdb
 from cgdb.cli import ask, render
@@ -16,17 +16,6 @@ from cgdb.errors import CgdbError
 if TYPE_CHECKING:
     from cgdb.enrich.calls import Pace
     from cgdb.model.llm import Usage
-
-
-class _Work(Protocol):
-    """What the three kinds of work have in common."""
-
-    usage: Usage
-    revisions: dict[str, int]
-    unanswered: int
-
-    def estimate(self) -> Any: ...
-    def run(self) -> Iterator[tuple[int, int]]: ...
 
 
 def enrich(options: Namespace) -> int:
@@ -99,7 +88,7 @@ def _pace(options: Namespace) -> Pace:
     return Pace(workers=options.workers, per_minute=options.per_minute)
 
 
-def _done(work: _Work, estimate: Any, told: str, what: str, options: Namespace, outcome: Any) -> int:
+def _done(work: Work[Any, Any], estimate: Any, told: str, what: str, options: Namespace, outcome: Any) -> int:
     """Say what it will take; unless it is a dry run, ask, write, and say what was done."""
     if not options.quiet or options.dry_run:
         told += f"; {estimate.calls:,} calls, about {estimate.prompt_tokens:,} + {estimate.completion_tokens:,} tokens"
@@ -125,7 +114,7 @@ def _done(work: _Work, estimate: Any, told: str, what: str, options: Namespace, 
 _GUESSED = frozenset({"calls", "prompt_tokens", "completion_tokens", "cost"})
 
 
-def _run(work: _Work, what: str, options: Namespace) -> None:
+def _run(work: Work[Any, Any], what: str, options: Namespace) -> None:
     done = 0
     try:
         with progress_bar(options.quiet) as progress:
@@ -138,7 +127,7 @@ def _run(work: _Work, what: str, options: Namespace) -> None:
         raise
 
 
-def _summary(work: _Work, counts: Mapping[str, int], what: str) -> str:
+def _summary(work: Work[Any, Any], counts: Mapping[str, int], what: str) -> str:
     usage = work.usage
     revisions = ", ".join(f"{render.clean(name)} revision {number}" for name, number in work.revisions.items())
     said = ", ".join(f"{count:,} {name}" for name, count in counts.items())

@@ -68,6 +68,10 @@ class Work(ABC, Generic[Asked, Known]):
         self.revisions: dict[str, int] = {}
         self.unanswered = 0
 
+    @abstractmethod
+    def estimate(self) -> Any:
+        """Calls, tokens and, where prices are configured, what they cost."""
+
     def run(self) -> Iterator[tuple[int, int]]:
         """Ask, yielding (tasks done, of all) after each answer; then write. ModelError where the model fails.
 
