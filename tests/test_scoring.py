@@ -131,6 +131,8 @@ def test_no_kind_is_its_own_ancestor() -> None:
         ("IKEA", "name", [], [], "IKEA"),
         ("a light brown table", "kind", ["table"], ["brown"], None),
         ("glass", "kind", ["glass"], [], None),
+        ("tall glass thing", "traits", [], ["large", "glass"], None),
+        ("heavy iron object", "traits", [], ["heavy", "metal"], None),
     ],
 )
 def test_facets(text: str, form: str, kinds: list[str], traits: list[str], rest: str | None) -> None:

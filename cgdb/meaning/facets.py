@@ -24,6 +24,7 @@ from cgdb.meaning.words import parse, singular, stem, stemmed, tokens
 if TYPE_CHECKING:
     from cgdb.meaning.knowledge import Knowledge
 
+_EMPTY = frozenset(("thing", "things", "object", "objects", "item", "items", "stuff"))
 Form = Literal["kind", "name", "use", "traits"]
 
 _FILLERS = frozenset(
@@ -62,9 +63,12 @@ def facets(known: Knowledge, text: str) -> Facets:
     kinds: list[int] = []
     traits: list[int] = []
     names: set[str] = set()
+    of_matter = len(words) > 1 and words[-1] in _EMPTY
     for phrase in parsed.heads:
         stems = stemmed(phrase)
-        named = known.things_named(phrase)
+        # "A tall glass thing" is of glass, and no glass.
+        matter = of_matter and not known.traits_in([s for s in stems if s not in FUNCTION_WORDS])[1]
+        named = () if matter else known.things_named(phrase)
         if named and not BRANDS.intersection(stems):
             kinds.extend(named)
             names.update(stems[known.name_start(stems) :])
