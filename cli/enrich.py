@@ -15,7 +15,7 @@ from cgdb.errors import CgdbError
 
 if TYPE_CHECKING:
     from cgdb.enrich.calls import Pace
-    from cgdb.model.llm import Usage
+    from cgdb.enrich.work import Work
 
 
 def enrich(options: Namespace) -> int:
