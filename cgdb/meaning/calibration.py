@@ -17,7 +17,8 @@ class Calibration:
     or its verb is another. rival: the share of the best thing's deviations that any other must reach, and so the line
     of questions that the table answers well. adds, inherited: standard deviations that a use loses when it says when
     or where and nobody asked, and for each line of the table that it came down; beside: those that a thing gains when
-    any of its uses tells of what is said beside verb and object. grade: the most log-odds that a name adds within its
+    any of its uses tells of what is said beside verb and object; situation: those that a situation in which it helps
+    counts less than its use. grade: the most log-odds that a name adds within its
     class of the table. guess: the share that is kept of the log-odds of a thing that is only the nearest to a name
     which the table lacks.
 
@@ -51,5 +52,6 @@ class Calibration:
     adds: float = 0.3
     beside: float = 0.5
     inherited: float = 0.4
+    situation: float = 0.5
     grade: float = 0.25
     guess: float = 0.8

@@ -21,7 +21,6 @@ from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.meanings import LikeMeaning, Meaning, TextMeaning, Vector, VectorMeaning
 from cgdb.meaning.stated import telling
 from cgdb.meaning.texts import TextIndex
-from cgdb.meaning.words import head_phrase
 from cgdb.scene import FeatureSpace
 
 if TYPE_CHECKING:
@@ -70,8 +69,7 @@ class Degrees:
         texts = [meaning.text for meaning in meanings if isinstance(meaning, TextMeaning)]
         encoder = self._text_encoder() if texts else None
         if encoder is not None:
-            heads = [phrase for text in texts if (phrase := head_phrase(text)) is not None]
-            self._encoders.questions(encoder, [*texts, *heads])
+            self._encoders.questions(encoder, [one for text in texts for one in scoring.texts_of(text)])
 
     def explain(self, meaning: Meaning, position: int) -> Mapping[str, Any]:
         """Which evidence said what of one node, and what its properties tell of what was asked."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal
 
-from cgdb.meaning import everyday
+from cgdb.meaning import everyday, situations
 from cgdb.meaning.lexicon import (
     BRANDS,
     CLAUSE_STARTS,
@@ -43,6 +43,7 @@ class Facets:
     doing: the rest read as a use.
     arguments: things that the use is done to ("take a laptop apart"): mentioned, and not what is looked for.
     named: the words (singular) by which the kinds are named; what is left of the text are its particulars.
+    told: pieces of the situation that somebody tells of ("for when my throat is dry"), to be matched one by one.
     """
 
     form: Form
@@ -52,10 +53,14 @@ class Facets:
     doing: Frame | None = None
     arguments: tuple[int, ...] = ()
     named: frozenset[str] = frozenset()
+    told: tuple[str, ...] = ()
 
 
 def facets(known: Knowledge, text: str) -> Facets:
     """Split a question into kind, traits and the rest."""
+    told = situations.told(text)
+    if told:
+        return _of_situation(known, text, told)
     parsed = parse(text)
     words = [t for t in tokens(text) if t[0].isalnum()]
     if parsed.generic or not parsed.heads:
@@ -92,6 +97,23 @@ def facets(known: Knowledge, text: str) -> Facets:
     if verb:
         return _of_generic(known, words)
     return Facets(form="name", rest=text)
+
+
+def _of_situation(known: Knowledge, text: str, told: tuple[str, ...]) -> Facets:
+    """The facets of "something to drink from for when my throat is dry": of what stands before, and what is told."""
+    at = text.casefold().find(situations.MARK)
+    asked = facets(known, text[:at])
+    if asked.kinds:
+        return asked  # "an umbrella for when it rains" is an umbrella
+    whole = text[at + len(situations.MARK) :]
+    words = [t for t in tokens(whole) if t[0].isalnum()]
+    return replace(
+        asked,
+        form="use",
+        rest=asked.rest or whole,
+        arguments=tuple(dict.fromkeys((*asked.arguments, *_arguments(known, words, None)))),
+        told=told,
+    )
 
 
 def _said_after(known: Knowledge, words: Sequence[str]) -> list[int]:

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cgdb.meaning import everyday
+from cgdb.meaning import everyday, situations
 from cgdb.meaning.facets import Facets, facets
 from cgdb.meaning.lexicon import (
     ADJECTIVES,
@@ -31,6 +31,12 @@ from cgdb.meaning.words import singular, stem, stemmed
 
 Floats = NDArray[np.float32]
 
+LATER = 0.2
+"""Deviations that what is named later in a line of situations is further off, for each place."""
+
+KIND_OF = 0.3
+"""Deviations that a kind of what helps is further off, where it has a line of its own in the table."""
+
 _SHADES = frozenset(("light", "dark", "pale", "deep", "bright"))
 
 
@@ -44,6 +50,8 @@ class Knowledge:
     to which what is said to have trait j has trait i; follows: (t, t) bool, where one only follows from another.
     scales: the traits that lie on a scale, in order; places: (s, m) float32 where on each a thing is, NaN untold.
     uses: distinct phrases; use_of: (u, 3) int32 (use, thing, lines that it was inherited over), sorted by thing.
+    situations: what people tell of when they need something; helps: (w, 2) int32 (situation, thing that helps in it);
+    further: (w,) float32 how much further off it is than what helps best.
     doing: the uses read as frames. consumables: (m,) what is bought in packages. vocabulary, nouns: the words that
     names are made of, and those that they end with.
     """
@@ -60,6 +68,9 @@ class Knowledge:
     places: Floats
     uses: tuple[str, ...]
     use_of: NDArray[np.int32]
+    situations: tuple[str, ...]
+    helps: NDArray[np.int32]
+    further: Floats
     doing: Uses
     consumables: NDArray[np.bool_]
     vocabulary: frozenset[str]
@@ -69,8 +80,8 @@ class Knowledge:
     version: str
 
     def texts(self) -> tuple[str, ...]:
-        """The phrases that want a vector: names of things, then uses."""
-        return (*self.names, *self.uses)
+        """The phrases that want a vector: names of things, then uses, then situations."""
+        return (*self.names, *self.uses, *self.situations)
 
     def things_named(self, phrase: str) -> tuple[int, ...]:
         """The things whose name the phrase ends with, by the longest such name ("white coffee table": coffee table)."""
@@ -222,6 +233,13 @@ class Knowledge:
         np.maximum.at(best, thing, values[use] - np.float32(inherited) * distance.astype(np.float32))
         return best
 
+    def best_situation(self, values: Floats) -> Floats:
+        """(m,) the largest of the values (s,) of the situations that each thing helps in; -inf where there is none."""
+        best = np.full(len(self.names), -np.inf, dtype=np.float32)
+        situation, thing = self.helps.T
+        np.maximum.at(best, thing, values[situation] - self.further)
+        return best
+
 
 _HUMP = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
@@ -276,6 +294,7 @@ def knowledge() -> Knowledge:
             if i not in thing_by_name.get(key, ()):
                 thing_by_name[key] = (*thing_by_name.get(key, ()), i)
     words = frozenset(word for key in thing_by_name for word in key if len(word) > 2)
+    told, helps = _situations(thing_by_name, is_a, n_lines)
     return Knowledge(
         names=tuple(names[0] for names in all_names),
         n_lines=n_lines,
@@ -293,15 +312,40 @@ def knowledge() -> Knowledge:
         vocabulary=words | ADJECTIVES | COMMON_WORDS | {word for key in trait_by_name for word in key},
         nouns=frozenset(key[-1] for key in thing_by_name if len(key[-1]) > 2),
         use_of=np.asarray(own_uses, dtype=np.int32).reshape(-1, 3),
+        situations=told,
+        helps=np.asarray(list(helps), dtype=np.int32).reshape(-1, 2),
+        further=np.asarray(list(helps.values()), dtype=np.float32),
         thing_by_name=thing_by_name,
         trait_by_name=trait_by_name,
         version=_version(),
     )
 
 
+def _situations(
+    things: Mapping[tuple[str, ...], tuple[int, ...]], is_a: NDArray[np.bool_], n_lines: int
+) -> tuple[tuple[str, ...], dict[tuple[int, int], float]]:
+    """The situations, and {(situation, thing that helps): how much further off it is than what helps best}.
+
+    What is named first in a line helps best; what is only a kind of it, and has a line of its own, helps less.
+    """
+    told: dict[str, int] = {}
+    helps: dict[tuple[int, int], float] = {}
+    for line in everyday.lines(situations.TABLE):
+        said, names = line.split("|")
+        numbers = [told.setdefault(one.strip(), len(told)) for one in said.split(";")]
+        for place, name in enumerate(names.split(",")):
+            for thing in things[stemmed(name)]:
+                for kind in np.flatnonzero(is_a[:, thing]).tolist():
+                    off = LATER * place + KIND_OF * (kind != thing and kind < n_lines)
+                    for number in numbers:
+                        helps[number, kind] = min(off, helps.get((number, kind), off))
+    return tuple(told), helps
+
+
 def _version() -> str:
-    """Of what the table says, however its lines are wrapped."""
-    lines = [*everyday.lines(everyday.TABLE), *everyday.lines(everyday.TRAITS)]
+    """Of what the tables say, however their lines are wrapped."""
+    tables = (everyday.TABLE, everyday.TRAITS, situations.TABLE)
+    lines = [line for table in tables for line in everyday.lines(table)]
     return hashlib.sha256("\n".join(" ".join(line.split()) for line in lines).encode()).hexdigest()[:16]
 
 

@@ -23,12 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.meaning.calibration import Calibration
-from cgdb.meaning.contrast import contrast, log_odds, probability, unit
+from cgdb.meaning.contrast import contrast, log_odds, normalised, probability, unit
 from cgdb.meaning.facets import Facets
 from cgdb.meaning.grading import Grades
 from cgdb.meaning.image_features import Images, Space
 from cgdb.meaning.knowledge import Knowledge, knowledge
 from cgdb.meaning.row_lists import Lists
+from cgdb.meaning.situations import told
 from cgdb.meaning.stated import Stated, trait_degrees
 from cgdb.meaning.texts import Source, TextIndex
 from cgdb.meaning.told_uses import ToldUses, believed
@@ -60,27 +61,37 @@ class Meaning:
     """What is looked for: a text, its vector in the caption encoder's space, its vectors in the image spaces.
 
     text may be None (a picture, another object). head is the vector of the text's head phrase alone, which names are
-    compared with ("a lamp above the end table" asks for a lamp); None: the whole text's stands in. vectors need not be
-    normalised; (d,), features {space: (d,)}.
+    compared with ("a lamp above the end table" asks for a lamp); None: the whole text's stands in. told (t, d): those
+    of the pieces of a situation that the text tells of. vectors need not be normalised; (d,), features {space: (d,)}.
     """
 
     text: str | None = None
     vector: Floats | None = None
     head: Floats | None = None
+    told: Floats | None = None
     features: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(
         cls, text: str, encode: Callable[[list[str]], Floats] | None, *, features: Mapping[str, Floats] | None = None
     ) -> Meaning:
-        """The meaning of a text; encode (one call, one or two texts) makes the vectors, or None where there is none."""
+        """The meaning of a text; encode (one call, few texts) makes the vectors, or None where there is none."""
         if len(text.split()) == 1:
             text = knowledge().readable(text)  # a name copied from a map
         if encode is None:
             return cls(text=text, features=features or {})
-        phrase = head_phrase(text)
-        vectors = encode([text] if phrase is None else [text, phrase])
+        texts = texts_of(text)
+        vectors = encode(list(texts))
+        if told(text):
+            return cls(text=text, vector=vectors[0], head=vectors[0], told=vectors[1:], features=features or {})
         return cls(text=text, vector=vectors[0], head=vectors[-1], features=features or {})
+
+
+def texts_of(text: str) -> tuple[str, ...]:
+    """The texts whose vectors the meaning of a text takes: itself, with the pieces that it tells or its head phrase."""
+    pieces = told(text)
+    phrase = None if pieces else head_phrase(text)
+    return (text, *pieces) if phrase is None else (text, phrase)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -186,7 +197,7 @@ class Scorer:
         if asks is not None:
             serves: tuple[Floats, float] | None = None
             if asks.rest is not None and (background is not None or asks.form == "use"):
-                serves = self._use_degrees(asks, background)
+                serves = self._use_degrees(asks, background, self._told_backgrounds(meaning, background))
                 if self._uses is not None and view.uses is not None and asks.form == "use":
                     uses = self._told_uses(self._uses, asks, meaning, background, serves[1])
                     parts["told"] = self._told_part(self._uses, view, uses, serves[0])
@@ -329,7 +340,13 @@ class Scorer:
             return degree
         return probability(log_odds(degree) + np.float32(self._calibration.grade) * self._grades.lean(trait))
 
-    def _use_degrees(self, asks: Facets, background: Floats | None) -> tuple[Floats, float]:
+    def _told_backgrounds(self, meaning: Meaning, background: Floats | None) -> Floats:
+        """(t, m) the cosines of the background with each piece of what is told, or with the question itself."""
+        if background is None or self._background is None or meaning.told is None or not len(meaning.told):
+            return np.zeros((0, 0), np.float32) if background is None else background[None]
+        return np.asarray(normalised(meaning.told) @ self._background.T, dtype=np.float32)
+
+    def _use_degrees(self, asks: Facets, background: Floats | None, told: Floats) -> tuple[Floats, float]:
         """(m,) the degree to which each thing serves what is asked, by its most fitting use or by its name; the line.
 
         Without vectors, by the share of the question's words that the use has. What serves it much less than the best
@@ -342,18 +359,34 @@ class Scorer:
             share = known.best_use(np.asarray(has, dtype=np.float32))
             line = max(WORDS_LINE, self._calibration.rival * float(share.max(initial=0.0)))
             return _by_words(share, line), line
-        names, uses = background[: len(known.names)], background[len(known.names) :]
+        first, last = len(known.names), len(known.names) + len(known.uses)
+        names, uses = background[:first], background[first:last]
+        if match is None and asks.told:
+            z = np.max([contrast(one, one) for one in told[:, first:last]], axis=0)
+            best = np.maximum(known.best_use(np.asarray(z), calibration.inherited), self._situations(told))
+            use = self._against_best("use", best)
+            return use, self._line("use", best)
         if match is None:
             topic = self._against_best("topic", contrast(names, names[: known.n_lines]))
             nearest = known.best_use(contrast(uses, uses))
             use = self._against_best("use", nearest)
             return topic if asks.form == "name" else np.maximum(topic, use), self._line("use", nearest)
-        z = self._deviations(contrast(uses, uses), match)
+        z = np.max([contrast(one, one) for one in told[:, first:last]], axis=0) if asks.told else contrast(uses, uses)
+        z = self._deviations(z, match)
         beside = np.maximum(known.best_use(match.circumstance), np.float32(0.0))
         best = np.asarray(
             known.best_use(z, calibration.inherited) + np.float32(calibration.beside) * beside, np.float32
         )
+        # What is said in the words of a use is understood by them, unless a situation is told beside it.
+        said = 0.0 if asks.told else calibration.cover * float(match.cover.max(initial=0.0))
+        best = np.asarray(np.maximum(best, self._situations(told) - np.float32(said)), dtype=np.float32)
         return self._against_best("use", best), self._line("use", best)
+
+    def _situations(self, told: Floats) -> Floats:
+        """(m,) the deviations of the situation in which each thing helps that is nearest to what is told."""
+        last = len(self._known.names) + len(self._known.uses)
+        z = np.max([contrast(one, one) for one in told[:, last:]], axis=0)
+        return self._known.best_situation(np.asarray(z)) - np.float32(self._calibration.situation)
 
     def _told_uses(
         self, told: ToldUses, asks: Facets, meaning: Meaning, background: Floats | None, line: float
@@ -368,7 +401,8 @@ class Scorer:
         share = np.asarray(match.cover * match.agreement, dtype=np.float32)
         degree = _by_words(share, line if background is None else WORDS_LINE)
         if background is not None and meaning.vector is not None and self._embeddings is not None:
-            uses = background[len(self._known.names) :]
+            first = len(self._known.names)
+            uses = background[first : first + len(self._known.uses)]
             z = self._deviations(contrast(self._embeddings[told.ids] @ unit(meaning.vector), uses), match)
             # What has no vector yet is told by its words.
             degree = np.where(np.isfinite(z), self._calibrated("use", np.nan_to_num(z), line), degree)
