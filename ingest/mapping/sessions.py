@@ -124,9 +124,7 @@ def _with_said(obj: SceneObject, known: SceneObject, own: Names | None) -> Scene
     others = by_model if own is None else names_of(known) != own
     tag, tags = names_of(known if others and known.tag else obj)
     kept = {name: value for name, value in known.properties.items() if name not in _OWN}
-    return replace(
-        obj, tag=tag, tags=tags, caption=known.caption or obj.caption, properties={**kept, **obj.properties}
-    )
+    return replace(obj, tag=tag, tags=tags, caption=known.caption or obj.caption, properties={**kept, **obj.properties})
 
 
 _OWN = frozenset({"background", "first_frame", "last_frame", "n_views", "last_session"})
