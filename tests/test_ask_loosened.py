@@ -70,6 +70,9 @@ def db() -> Iterator[Database]:
         # What things hold is seldom mapped; that there is no piano tells.
         ("the vase with roses in it", 10, "with roses in it: the map does not tell, and was not asked"),
         ("the vase on the piano", None, ""),
+        # Names do not tell colours.
+        ("the red vase", 10, "red vase: the map holds names alone, which do not tell; taken for any vase"),
+        ("the red sofa", None, ""),
         # What is contradicted stays so.
         ("the cup under the desk", None, ""),
         ("the lamp on the bed", None, ""),
@@ -99,3 +102,10 @@ def test_the_answer_shows_the_statement_that_was_run(db: Database) -> None:
 def test_what_fits_as_it_was_said_is_not_asked_again(db: Database) -> None:
     answer = db.ask("the lamp on the desk", model=False)
     assert (answer.ids, answer.assumed) == ((4,), ())
+
+
+def test_names_that_tell_colours_are_believed() -> None:
+    shelf = SceneGraph(name="shelf", objects=(thing(1, "blue vase", 0.0), thing(2, "green mug", 1.0)))
+    with store(shelf) as opened:
+        assert opened.ask("the blue vase", model=False).ids == (1,)
+        assert not opened.ask("the red vase", model=False).achievable

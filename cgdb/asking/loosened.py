@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import chain, combinations, islice, product
 from typing import TYPE_CHECKING
 
 from cgdb.asking.statements import best_of, like
@@ -32,19 +32,42 @@ def loosened(made: Translation, run: Run) -> Translation | None:
     if made.asked.form not in ("find", "exists", "where") or not made.wanted:
         return None
     choices = [_possible(one.looser, run) for one in made.conditions]
-    if not any(choices):
-        return None
-    subject = next((node for node in made.query.patterns[0].nodes if node.variable == parts.SUBJECT), None)
-    if subject is None or run(best_of(subject, 1)).nothing_fits:
-        return None
-    for tried, chosen in enumerate(_ways(choices)):
-        if tried == MOST_TRIES:
-            break
-        query = _with(made, chosen)
-        if not run(query).nothing_fits:
-            says = tuple(one.says for one in chosen if one is not None)
-            return replace(made, query=query, text=to_text(query), assumed=tuple(dict.fromkeys((*made.assumed, *says))))
+    for asked in (made, _plainly(made)):
+        if asked is None or (asked is made and not any(choices)) or not _there(asked, run):
+            continue
+        ways = chain([(None,) * len(choices)] if asked is not made else [], _ways(choices))
+        for chosen in islice(ways, MOST_TRIES):
+            query = _with(asked, chosen)
+            if not run(query).nothing_fits:
+                says = tuple(one.says for one in chosen if one is not None)
+                return replace(asked, query=query, text=to_text(query), assumed=_once(*asked.assumed, *says))
     return None
+
+
+def _subject(query: ast.Query) -> ast.NodePattern | None:
+    return next((node for node in query.patterns[0].nodes if node.variable == parts.SUBJECT), None)
+
+
+def _there(made: Translation, run: Run) -> bool:
+    """Whether anything is what is wanted, whatever else is asked of it."""
+    subject = _subject(made.query)
+    return subject is not None and not run(best_of(subject, 1)).nothing_fits
+
+
+def _plainly(made: Translation) -> Translation | None:
+    """The translation without the traits that the map cannot tell."""
+    subject, plain = _subject(made.query), made.plain
+    if plain is None or subject is None:
+        return None
+    first, *others = made.query.patterns
+    meant = replace(subject, meaning=_text(plain.wanted))
+    nodes = tuple(meant if node is subject else node for node in first.nodes)
+    query = replace(made.query, patterns=(replace(first, nodes=nodes), *others))
+    return replace(made, query=query, wanted=plain.wanted, assumed=_once(*made.assumed, plain.says))
+
+
+def _once(*lines: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(lines))
 
 
 def _possible(looser: tuple[Looser, ...], run: Run) -> tuple[Looser, ...]:

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 from cgdb.english import relation_names
 from cgdb.english import tree_parts as parts
 from cgdb.english.anchor_kinds import seldom_mapped
-from cgdb.english.intent import Located
+from cgdb.english.intent import Located, Setting
+from cgdb.english.phrases import words
 from cgdb.english.tree_parts import pattern, similar, subject_node
 from cgdb.grammar import ast
 from cgdb.index.catalog import Catalog
+from cgdb.meaning import everyday
 from cgdb.meaning.knowledge import knowledge
-from cgdb.meaning.words import query_words
+from cgdb.meaning.words import query_words, singular
 
 MOST_KINDS = 6
 """Kinds of an excluded thing that may be meant by their own names."""
@@ -36,6 +38,7 @@ _ALSO: Mapping[str, tuple[str, ...]] = {
     "between": ("next_to", "near"),
 }
 """What a map may hold of each relation instead. "Under" and "on" never stand for each other."""
+_FAMILIES = (everyday.COLORS, everyday.MATERIALS, *everyday.SCALES)
 _BESIDE = ("next_to", "near", "front", "behind", "attached")
 """Relations that a thing shares with what it stands on: a lamp on the table by the bed is by the bed."""
 
@@ -50,6 +53,33 @@ class Looser:
     says: str
     expression: ast.Expression | None = None
     absent: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plain:
+    """What is wanted without the traits that the map cannot tell, and how that is said."""
+
+    wanted: str
+    says: str
+
+
+def of_wanted(wanted: str, setting: Setting) -> Plain | None:
+    """Of a kind with traits, in a map of names that speak of no such traits: "a red mug" among things called mug."""
+    known = knowledge()
+    facets = known.facets(wanted)
+    if setting.tells or not setting.words or facets.form != "kind" or not facets.traits:
+        return None
+    said = [known.traits[trait] for trait in facets.traits]
+    for trait in said:
+        family = next((group for group in _FAMILIES if trait in group), (trait,))
+        spoken = {name for name, i in known.trait_by_name.items() if len(name) == 1 and known.traits[i] in family}
+        if any(word in setting.words for (word,) in spoken):
+            return None
+    kind = [word.form for word in words(wanted) if singular(word.form) in facets.named]
+    if not kind or known.facets(" ".join(kind)).kinds != facets.kinds:
+        return None
+    plain = " ".join(kind)
+    return Plain(wanted=plain, says=f"{wanted}: the map holds names alone, which do not tell; taken for any {plain}")
 
 
 def of_relation(

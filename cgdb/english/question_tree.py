@@ -19,7 +19,7 @@ from cgdb.english.anchor_kinds import compound, is_structure, same_kind
 from cgdb.english.clauses import depicts
 from cgdb.english.intent import Asked, Located, Measured, Setting
 from cgdb.english.lookahead import AREAS, PREVIOUS
-from cgdb.english.looser import Looser, of_exclusion, of_relation
+from cgdb.english.looser import Looser, Plain, of_exclusion, of_relation, of_wanted
 from cgdb.english.phrases import words
 from cgdb.english.question_forms import Given, given
 from cgdb.english.question_values import Values
@@ -59,13 +59,14 @@ class Written:
     """The tree and what it says.
 
     understood: one line per thing that was understood; assumed: what was not said and taken to be meant; ignored: what
-    the statement leaves out. wanted: the text of what is wanted. conditions: all but that. anchors: what things are
-    said to be at, or are measured against.
+    the statement leaves out. wanted: the text of what is wanted; plain: without what the map cannot tell of it.
+    conditions: all but that. anchors: what things are said to be at, or are measured against.
     """
 
     query: ast.Query
     understood: tuple[str, ...]
     wanted: str
+    plain: Plain | None = None
     assumed: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
     conditions: tuple[Condition, ...] = ()
@@ -81,6 +82,7 @@ def write(asked: Asked, catalog: Catalog, setting: Setting) -> Written:
         query=query,
         understood=tuple(writer.understood),
         wanted=writer.wanted,
+        plain=None if asked.use else of_wanted(writer.wanted, setting),
         assumed=tuple(dict.fromkeys((*writer.assumed, *values.assumed))),
         ignored=tuple(dict.fromkeys((*writer.ignored, *values.ignored))),
         conditions=tuple(writer.conditions),

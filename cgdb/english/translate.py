@@ -13,6 +13,7 @@ from cgdb.english import cues
 from cgdb.english.intent import Asked, Setting
 from cgdb.english.languages import other_language
 from cgdb.english.lookahead import PREVIOUS
+from cgdb.english.looser import Plain
 from cgdb.english.phrases import cleaned, words
 from cgdb.english.question_tree import Condition, write
 from cgdb.english.questions import MOST_WORDS, understand
@@ -37,7 +38,8 @@ class Translation:
 
     kind: "descriptive", "affordance", "negation", "count", "superlative", "existence", "place", "value" or "other
     language".
-    wanted: the text of what is looked for, without what is excluded; empty where anything will do.
+    wanted: the text of what is looked for, without what is excluded; empty where anything will do. plain: without what
+    the map cannot tell of it.
     """
 
     query: ast.Query
@@ -50,6 +52,7 @@ class Translation:
     ignored: tuple[str, ...] = ()
     conditions: tuple[Condition, ...] = ()
     anchors: tuple[str, ...] = ()
+    plain: Plain | None = None
 
 
 def translate(
@@ -102,6 +105,7 @@ def translate(
         ignored=written.ignored,
         conditions=written.conditions,
         anchors=written.anchors,
+        plain=written.plain,
     )
 
 
