@@ -109,3 +109,10 @@ def test_names_that_tell_colours_are_believed() -> None:
     with store(shelf) as opened:
         assert opened.ask("the blue vase", model=False).ids == (1,)
         assert not opened.ask("the red vase", model=False).achievable
+
+
+def test_what_is_excluded_comes_last_where_nothing_else_serves(db: Database) -> None:
+    answer = db.ask("something to sleep on that is not a bed", model=False)
+    assert not answer.achievable
+    shown = [row[0].tag for row in answer.rows]
+    assert "bed" not in shown[:1]

@@ -40,12 +40,18 @@ def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple
     for key, said in lacks.items():
         if key not in fitting:
             said.append("not that" if made.kind == "other language" else f"not {_with_article(made.wanted)}")
+    unwanted: set[Any] = set()
     for condition in made.conditions:
         met = {identity(row) for row in run(_asking(made, condition.expression, nodes)).rows if row.fits}
         for key, said in lacks.items():
             if key not in met:
                 said.append(condition.lacks)
-    if fitting and made.wanted:
+                if made.asked.use and isinstance(condition.expression, ast.Not):
+                    unwanted.add(key)
+    if unwanted and fitting <= unwanted:
+        # Who asks what to heat soup in but the microwave has no use for the microwave.
+        rows = sorted(rows, key=lambda row: identity(row) in unwanted)
+    elif fitting and made.wanted:
         # Where there are lamps, that something else is no lamp says nothing of where the lamp is.
         rows = [row for row in rows if identity(row) in fitting]
     told = {key: ", ".join(said) for key, said in lacks.items()}
