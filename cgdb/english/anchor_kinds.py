@@ -22,6 +22,12 @@ def is_structure(anchor: str) -> bool:
     return bool(found) and found[-1].form in cues.STRUCTURE
 
 
+def is_side(anchor: str) -> bool:
+    """Whether it is a side of a room, which is no piece of furniture: what is on it stands on no other thing."""
+    found = words(anchor)
+    return bool(found) and singular(found[-1].form) in ("wall", "floor", "ceiling", "ground", "roof")
+
+
 def seldom_mapped(anchor: str) -> bool:
     """Whether maps seldom hold such a thing, so that none of it says nothing: walls, sills, corners, what is there by
     day.

@@ -8,11 +8,11 @@ of walls, sills and what is in a vase most maps say nothing. What is excluded by
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cgdb.english import relation_names
 from cgdb.english import tree_parts as parts
-from cgdb.english.anchor_kinds import seldom_mapped
+from cgdb.english.anchor_kinds import is_side, seldom_mapped
 from cgdb.english.intent import Located, Setting
 from cgdb.english.phrases import words
 from cgdb.english.tree_parts import pattern, similar, subject_node
@@ -95,9 +95,16 @@ def of_relation(
         found.append(Looser(says=says, expression=parts.any_of([condition, *near])))
     unsaid = [anchor for anchor in meant if located.inverse or seldom_mapped(anchor)]
     if unsaid and len(unsaid) == len(meant):
-        says = f"{located.text}: the map does not tell, and was not asked"
         # "The middle" means nothing by itself: that everything is it says nothing either.
-        found.append(Looser(says=says, absent=tuple(anchor for anchor in unsaid if query_words(anchor))))
+        absent = tuple(anchor for anchor in unsaid if query_words(anchor))
+        held = relation_names.any_of(catalog, ("on", "in"))
+        if held is None or located.inverse or located.name not in ("on", "attached") or not any(map(is_side, unsaid)):
+            found.append(Looser(says=f"{located.text}: the map does not tell, and was not asked", absent=absent))
+        else:
+            # A clock that stands on a table is on no wall.
+            away = pattern(subject_node(), replace(held, direction=ast.Direction.OUT), ast.NodePattern())
+            says = f"{located.text}: the map does not tell; taken as on nothing that it knows"
+            found.append(Looser(says=says, expression=ast.Not(item=away), absent=absent))
     return tuple(found)
 
 
