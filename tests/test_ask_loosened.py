@@ -79,6 +79,15 @@ def db() -> Iterator[Database]:
         ("the cup under the desk", None, ""),
         ("the lamp on the bed", None, ""),
         ("the sofa on the wall", None, ""),
+        # Who says "the one" has seen one: if it is not there by the boxes, it is the one close by.
+        (
+            "a lamp, but not the one next to the bed",
+            4,
+            "next to the bed: no box says so of any; what is close to it was left out",
+        ),
+        ("a lamp, not the lamp on the desk", 2, ""),
+        ("a lamp, but not one of those on the desk", 2, ""),
+        ("a cup that is not next to the bed", 11, ""),
         # A marker is a kind of pen, and goes by its own name.
         (
             "something to write with, other than a pen",

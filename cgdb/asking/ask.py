@@ -17,7 +17,7 @@ from cgdb.asking.draft import Draft
 from cgdb.asking.explained import Explained, explained
 from cgdb.asking.intake import LONGEST_QUESTION, follow_up, scenes_named
 from cgdb.asking.intake import checked as checked_question
-from cgdb.asking.loosened import loosened
+from cgdb.asking.loosened import loosened, widened
 from cgdb.asking.narrowed import narrowed
 from cgdb.asking.reordered import failing, has_an_order, reordered, reranker_of
 from cgdb.asking.shortlist import shortlist
@@ -288,7 +288,8 @@ class _Asking:
             draft = self._carried_out(tree, uncut_for_reranking=True)
         except LimitError:
             draft = self._narrowed(tree)
-        if draft.result.nothing_fits and (other := loosened(made, lambda one: self._carried_out(one).result)):
+        otherwise = loosened if draft.result.nothing_fits else widened
+        if other := otherwise(made, lambda one: self._carried_out(one).result):
             made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
         return replace(draft, how="built-in", understood=understood, wanted=made.wanted, made=made)
 

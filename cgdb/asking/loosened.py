@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import chain, combinations, islice, product
 from typing import TYPE_CHECKING
 
-from cgdb.asking.statements import best_of, like
+from cgdb.asking.statements import also, best_of, like
 from cgdb.english import tree_parts as parts
 from cgdb.grammar import ast
 from cgdb.grammar.printer import to_text
@@ -42,6 +42,27 @@ def loosened(made: Translation, run: Run) -> Translation | None:
                 says = tuple(one.says for one in chosen if one is not None)
                 return replace(asked, query=query, text=to_text(query), assumed=_once(*asked.assumed, *says))
     return None
+
+
+def widened(made: Translation, run: Run) -> Translation | None:
+    """The translation that leaves out more where "the one on the desk" is none of the things wanted; None: it is one.
+
+    Whoever says "not the one on the desk" has seen one there. That something fits is known.
+    """
+    subject, found = _subject(made.query), made
+    if subject is None or made.asked.form not in ("find", "exists", "where"):
+        return None
+    for i, condition in enumerate(made.conditions):
+        wider, denied = condition.wider, condition.expression
+        if wider is None or not isinstance(denied, ast.Not) or not isinstance(wider.expression, ast.Not):
+            continue
+        wanted = best_of(subject, 1)
+        if not run(also(wanted, denied.item)).nothing_fits or run(also(wanted, wider.expression.item)).nothing_fits:
+            continue
+        query = _with(found, tuple(wider if at == i else None for at in range(len(made.conditions))))
+        if not run(query).nothing_fits:
+            found = replace(found, query=query, text=to_text(query), assumed=_once(*found.assumed, wider.says))
+    return None if found is made else found
 
 
 def _subject(query: ast.Query) -> ast.NodePattern | None:

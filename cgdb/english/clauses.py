@@ -29,6 +29,8 @@ class Clause:
     wish: bool = False
 
 
+_THE_ONE = frozenset(("the", "one", "ones", "that", "those", "these", "any", "is", "are", "up", "down"))
+_SOME = frozenset(("one", "ones", "any"))
 _JOINED = frozenset((",", "and", "but", ";", ":"))
 
 
@@ -229,8 +231,13 @@ class _Reader(Lookahead):
 
     def _read_negated_place(self, i: int) -> bool:
         """ "Not on the table", "not in the kitchen", "other than the one by the door"."""
-        while self._form_at(i) in ("the", "one", "ones", "that", "those", "is", "are", "up", "down"):
+        begin = i
+        head = self._wanted[-1].form if self._wanted else ""
+        while self._form_at(i) in _THE_ONE or (self._form_at(i) == "of" and self._form_at(i - 1) in _SOME):
             i += 1
+        if i > begin and head and self._form_at(i) == head:
+            i += 1  # "a chair, not the chair by the window"
+        the_one = any(word.form in ("the", "one", "ones", "those", head) for word in self._words[begin:i])
         i = self._past_connectors(i)
         rooms, relations = len(self._inside), len(self._located)
         if self._read_place(i):
@@ -247,7 +254,8 @@ class _Reader(Lookahead):
             self._at = end
             return True
         if self._read_relation(i, connected=True):
-            self._located[relations:] = [replace(one, negated=True) for one in self._located[relations:]]
+            denied = [replace(one, negated=True, the_one=the_one) for one in self._located[relations:]]
+            self._located[relations:] = denied
             return True
         return False
 

@@ -34,6 +34,7 @@ class Located:
 
     inverse: the anchor is the subject ("with a lamp on it"). chained: said of the thing before, or of its anchor ("on
     the table by the window"). text: as it was written. An empty anchor stands for another thing of the wanted kind.
+    the_one: a denied one of which there is one ("not the one on the desk").
     """
 
     name: str
@@ -42,6 +43,7 @@ class Located:
     inverse: bool = False
     negated: bool = False
     chained: bool = False
+    the_one: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

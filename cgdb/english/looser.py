@@ -108,6 +108,17 @@ def of_relation(
     return tuple(found)
 
 
+def of_denied(
+    catalog: Catalog, located: Located, condition: ast.Expression, meant: Mapping[str, ast.NodePattern]
+) -> Looser | None:
+    """Of "not the one on the desk", which says that there is one there: what is denied in a wider sense."""
+    near = [one for anchor in meant.values() for one in _nearly(catalog, located, anchor)]
+    if not located.the_one or not near or len(meant) != 1 or not isinstance(condition, ast.Not):
+        return None
+    says = f"{located.text}: no box says so of any; what is close to it was left out"
+    return Looser(says=says, expression=ast.Not(item=parts.any_of([condition.item, *near])))
+
+
 def _nearly(catalog: Catalog, located: Located, anchor: ast.NodePattern) -> list[ast.Expression]:
     edges = relation_names.any_of(catalog, _ALSO.get(located.name, ()))
     if edges is None:

@@ -19,7 +19,7 @@ from cgdb.english.anchor_kinds import compound, is_structure, same_kind
 from cgdb.english.clauses import depicts
 from cgdb.english.intent import Asked, Located, Measured, Setting
 from cgdb.english.lookahead import AREAS, PREVIOUS
-from cgdb.english.looser import Looser, Plain, of_exclusion, of_relation, of_wanted
+from cgdb.english.looser import Looser, Plain, of_denied, of_exclusion, of_relation, of_wanted
 from cgdb.english.phrases import words
 from cgdb.english.question_forms import Given, given
 from cgdb.english.question_values import Values
@@ -46,12 +46,14 @@ _SUPERLATIVE = re.compile(r"\b(?:(?:the )?(?:most|least) \w+|\w{3,}est)\b", re.I
 class Condition:
     """A condition of the statement and how it is said of a thing that does not meet it.
 
-    looser: what may be asked instead where nothing fits, the nearest first.
+    looser: what may be asked instead where nothing fits, the nearest first. wider: what may be denied instead where
+    nothing is what is denied.
     """
 
     expression: ast.Expression
     lacks: str
     looser: tuple[Looser, ...] = ()
+    wider: Looser | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +134,8 @@ class _Writer:
             before = asked.located[i - 1] if located.chained else None
             says = f"it is {located.text}" if located.negated else f"not {located.text}"
             condition = self._located(asked, located, before)
-            self._ask(condition, says, looser=self._looser(located, condition))
+            self._ask(condition, says)
+            self.conditions[-1] = self._less_strictly(located, self.conditions[-1])
         if asked.places:
             where = " or ".join(asked.places)
             inside = parts.any_of([self._in_place(name) for name in asked.places])
@@ -322,11 +325,12 @@ class _Writer:
             return ast.Not(item=parts.any_of([*edges, *kinds, *self._told(located, anchors)]))
         return parts.all_of([self._softly(asked, located, anchor, before) for anchor in anchors])
 
-    def _looser(self, located: Located, condition: ast.Expression) -> tuple[Looser, ...]:
+    def _less_strictly(self, located: Located, condition: Condition) -> Condition:
         meant = {anchor: self._meant(anchor) for anchor in located.anchors if anchor and anchor != PREVIOUS}
         if len(meant) < len(located.anchors):
-            return ()
-        return of_relation(self.catalog, self._by_side(located), condition, meant)
+            return condition
+        said = (self.catalog, self._by_side(located), condition.expression, meant)
+        return replace(condition, looser=of_relation(*said), wider=of_denied(*said))
 
     def _told(self, located: Located, anchors: Sequence[str]) -> list[ast.Expression]:
         """That the captions say it, where they tell where things are."""
