@@ -256,13 +256,13 @@ def test_height_above_ground_goes_along_the_up_axis() -> None:
 @pytest.mark.parametrize(
     ("question", "wanted"),
     [
-        ("My hands are wet.", "something to dry off with"),
-        ("It's too dark in here", "something to light up a dark room"),
-        ("I have a meeting and need to take notes", "something to take notes"),
+        ("My hands are wet.", "something to dry off with for when: My hands are wet"),
+        ("It's too dark in here", "something to light up a dark room for when: It's too dark"),
+        ("I have a meeting and need to take notes", "something for when: I have a meeting, need to take notes"),
         ("How can I open a bottle of wine?", "something to open a bottle of wine"),
         ("When I'm hungry, where should I go?", "something to eat"),
         ("I want to sit on something soft", "something soft to sit on"),
-        ("Help! I cut my finger", "something to treat a wound"),
+        ("Help! I cut my finger", "something to treat a wound for when: Help, I cut my finger"),
         ("what time is it?", "something to tell the time"),
         ("I'd like to read, so please find me a lamp", "lamp"),
         ("a cold drink", "cold drink"),

@@ -40,6 +40,7 @@ class Calibration:
             "kind": {"name": 0.3, "caption": 1.2, "image": 1.5, "known": 3.0},
             "name": {"name": 0.6, "caption": 0.6, "image": 1.0, "known": 0.5},
             "use": {"name": 0.6, "caption": 0.4, "image": 0.7, "known": 1.5},
+            "told": {"name": 0.3, "caption": 0.2, "image": 0.4, "known": 1.5},
             "traits": {"name": 0.05, "caption": 0.02, "image": 0.5, "known": 2.0},
         }
     )

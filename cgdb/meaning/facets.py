@@ -101,12 +101,11 @@ def facets(known: Knowledge, text: str) -> Facets:
 
 def _of_situation(known: Knowledge, text: str, told: tuple[str, ...]) -> Facets:
     """The facets of "something to drink from for when my throat is dry": of what stands before, and what is told."""
-    at = text.casefold().find(situations.MARK)
-    asked = facets(known, text[:at])
+    before, whole = situations.split(text)
+    asked = facets(known, before)
     if asked.kinds:
         return asked  # "an umbrella for when it rains" is an umbrella
-    whole = text[at + len(situations.MARK) :]
-    words = [t for t in tokens(whole) if t[0].isalnum()]
+    words = [t.removesuffix("'s") for t in tokens(whole) if t[0].isalnum()]
     return replace(
         asked,
         form="use",

@@ -378,7 +378,7 @@ class Scorer:
             known.best_use(z, calibration.inherited) + np.float32(calibration.beside) * beside, np.float32
         )
         # What is said in the words of a use is understood by them, unless a situation is told beside it.
-        said = 0.0 if asks.told else calibration.cover * float(match.cover.max(initial=0.0))
+        said = 0.0 if asks.told else calibration.cover * max(2.0 * float(match.cover.max(initial=0.0)) - 1.0, 0.0)
         best = np.asarray(np.maximum(best, self._situations(told) - np.float32(said)), dtype=np.float32)
         return self._against_best("use", best), self._line("use", best)
 
@@ -451,9 +451,11 @@ class Scorer:
         if meaning.text is not None and not meaning.features and not query_words(meaning.text):
             return np.ones(n, dtype=np.float32)  # "something" asks nothing, and everything is that
         form = "kind" if asks is None else asks.form
+        # What is told of names many things that are not what helps.
+        sort = form if asks is None or not asks.told else "told"
         total, mass = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
         for name, part in parts.items():
-            weight = self._calibration.weight[form].get(name.partition(":")[0], 0.0)
+            weight = self._calibration.weight[sort].get(name.partition(":")[0], 0.0)
             if name == "caption" and "told" in parts:
                 part = np.asarray(
                     np.fmax(part, parts["told"]), dtype=np.float32

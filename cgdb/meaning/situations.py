@@ -11,13 +11,20 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
-MARK = " for when "
-"""What stands between what is asked and the situation that it is asked for: "something for when it rains"."""
+MARK = " for when"
+"""What stands between what is asked and the situation that it is asked for: "something for when: it rains"."""
 
 MOST_PARTS = 8
 """Pieces of what is told that are matched one by one."""
 
+_MARK = re.compile(rf"{MARK}(?::|\b)", re.IGNORECASE)
 _ENDS = re.compile(r"[.;:?!,]+(?=\s|$)|\b(?:and|but|so|because)\b", re.IGNORECASE)
+
+
+def split(text: str) -> tuple[str, str]:
+    """What stands before the situation that a text tells of, and that; the whole text and "" where it tells of none."""
+    found = _MARK.search(text)
+    return (text, "") if found is None else (text[: found.start()].strip(), text[found.end() :].strip())
 
 
 def told(text: str) -> tuple[str, ...]:
@@ -26,10 +33,9 @@ def told(text: str) -> tuple[str, ...]:
     "Something to read for when I am bored, it is raining" tells that somebody reads, is bored, that it rains, and both
     together. Nothing of a text that tells of no situation.
     """
-    at = text.casefold().find(MARK)
-    if at < 0:
+    asked, whole = split(text)
+    if not whole:
         return ()
-    asked, whole = text[:at].strip(), text[at + len(MARK) :].strip()
     parts = [part.strip() for part in _ENDS.split(whole)]
     parts = [part for part in parts if len(part.split()) > 1]
     pairs = [f"{a}, {b}" for a, b in pairwise(parts)]
@@ -212,7 +218,8 @@ I must get up early tomorrow; I overslept again; do not let me miss my flight in
 what time is it; am I late; when does the meeting start | clock, watch
 what is the date today; when is her birthday; plan the month | calendar
 it is too loud, I cannot concentrate; my neighbours are noisy; the baby cries and I want to sleep | headphones
-the drill is deafening; the machine is so loud that my ears ring | ear protection, headphones
+the drill is deafening; the machine is so loud that my ears ring; the noise of the saw hurts my ears | ear protection,
+    headphones
 I want music without waking anybody; listen on the bus without disturbing others | headphones
 it is too quiet in here, put some music on; liven up this party with tunes | speaker, radio
 I have some old records to play | record player
