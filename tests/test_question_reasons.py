@@ -55,6 +55,10 @@ def said(asked: Asked) -> str:
         ("a chair, but nothing out in the waiting room", "chair; not in waiting room"),
         ("a plant at the front desk area", "plant; in front desk area"),
         ("the remote that got left on the couch", "remote; on couch"),
+        # by the use, where the name says nothing
+        ("a bite to eat, but I don't want anything sweet", "something to eat; no sweet"),
+        ("a thingamajig to hang coats on", "something to hang coats on"),
+        ("a chair to sit on", "chair to sit on"),
         # corrections
         ("not a mug - a glass", "glass; no mug"),
         ("not the red one, the blue cup", "blue cup; no red"),

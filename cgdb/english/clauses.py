@@ -12,7 +12,9 @@ from cgdb.english.lookahead import Lookahead, all_generic, only_traits, says_use
 from cgdb.english.needs import is_story, remedy
 from cgdb.english.phrases import Phrases, Word, joined, stretch
 from cgdb.english.question_frames import MARKS, PURPOSE, ending, opening, state_at_end
+from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.lexicon import DEPICTIONS, FUNCTION_WORDS
+from cgdb.meaning.words import stem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -348,7 +350,7 @@ class _Reader(Lookahead):
             return ("", True) if alone else (self._with_prefix(kept), True)
         if kept and kept[0].form in ("to", "for"):
             return f"something {text}", True
-        return ("", False) if all_generic(kept) else (text, says_use(kept))
+        return ("", False) if all_generic(kept) else (_by_use(text), says_use(kept))
 
     def _with_prefix(self, kept: Sequence[Word]) -> str:
         """ "I want to sit on something soft" asks for something soft to sit on."""
@@ -358,6 +360,14 @@ class _Reader(Lookahead):
         how = self._prefix.removeprefix("something ")
         parts = ("something", joined(self._text, kept[at + 1 :]), how, joined(self._text, kept[:at]))
         return " ".join(part for part in parts if part)
+
+
+def _by_use(text: str) -> str:
+    """ "A bite to eat", "a thingy to hang coats on": by the use, where nobody knows such a thing by its name."""
+    named, to, use = text.partition(" to ")
+    verb = use.split(" ", 1)[0].casefold()
+    unknown = to and named.isascii() and knowledge().facets(named).form == "name" and len(named.split()) < 4
+    return f"something to {use}" if unknown and stem(verb) in knowledge().doing.verbs else text
 
 
 def depicts(text: str) -> bool:

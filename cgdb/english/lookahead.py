@@ -23,6 +23,7 @@ _PUT = listed(
     dangling drooping slumped curled sprawled nestled plonked plopped abandoned forgotten lodged poking peeking sticking
     hiding resting lurking folded sunk stored stuck discarded ditched lined fixed hung draped stood sat"""
 )
+_ANYTHING = listed("anything something everything things stuff")
 _GOT = listed("got gets been was were")
 _WAYS = listed("over up down out back away off along across round around through")
 AREAS = listed("room area zone section department ward bay wing annexe suite hall quarters")
@@ -133,6 +134,8 @@ class Lookahead:
         kept = list(part)
         while kept and (kept[0].form in cues.STARTERS or kept[0].form in _WEIGHTLESS):
             kept.pop(0)
+        if len(kept) == 2 and kept[0].form in _ANYTHING:
+            kept.pop(0)  # "anything sweet"
         while kept and kept[-1].form in cues.TRAILING:
             kept.pop()
         return stretch(self._text, kept)
