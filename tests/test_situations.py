@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cgdb.english.questions import understand
+from cgdb.english.spelling import corrected
 from cgdb.meaning import background, situations
 from cgdb.meaning.embed import text_encoder
 from cgdb.meaning.knowledge import knowledge
@@ -147,3 +148,8 @@ def test_without_vectors_the_words_of_the_use_decide(house: tuple[list[str], Sco
     )
     degree = Scorer(index).degrees(Meaning.of("something to wipe up a spill for when: I spilled my tea", None)).degree
     assert degree[0] >= 0.5 > degree[1]
+
+
+def test_words_of_situations_are_no_slips() -> None:
+    for told in knowledge().situations:
+        assert corrected(told) == (told, ()), told

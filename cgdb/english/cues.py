@@ -13,7 +13,7 @@ _MAY = "can|could|shall|should|would|may|might|must|will|do"
 # How a question begins. lead: says nothing; the others say what is asked, see cgdb.english.questions.
 _FRAMES: Mapping[str, str] = {
     "lead": """please, hi, hello, hey, hey robot, ok, okay, so, well, now, and, then, but, robot, can|could|would|will
-        you please? recommend|suggest|find|show|get|bring|fetch|give|locate|list|tell|name|point|take|hand|help?
+        you please|kindly? recommend|suggest|find|show|get|bring|fetch|give|locate|list|tell|name|point|take|hand|help?
         me|us? to? please?, show|find|get|bring|fetch|give|tell|hand|point me|us? please?, locate, list all?, name,
         look|search|looking|searching for, point me? at|to, take me to, identify, detect, select, pick, choose,
         return, i|we|you am|are looking|searching for, i|we would? like|love|want|need, i|we want|need|would like you

@@ -314,6 +314,9 @@ def _tells(forms: Sequence[str]) -> bool:
     at = next((i for i, form in enumerate(forms) if form in _VERBS_OF_ALL), len(forms))
     if first in _VERBS_OF_ALL or any(form in _BEGIN_DESCRIPTION | _SUBJECTS for form in forms[1:at]):
         return False
+    # "That saw is so noisy" tells, "that the baby does not wake" is a purpose, "wherever my umbrella is" a question.
+    if first in _BEGIN_DESCRIPTION and (first != "that" or second in DETERMINERS):
+        return False
     wants = at < len(forms) and forms[at] in ("need", "needs", "want", "wants") and _names(forms[at + 1 :])
     placed = at + 1 < len(forms) and forms[at] in _BE and _is_placed(forms[at + 1 :]) and _names(forms[:at])
     last = len(forms) - (at < len(forms) and forms[at] in _BE | cues.MODALS)

@@ -88,7 +88,7 @@ def _known(form: str) -> bool:
 def _vocabulary() -> frozenset[str]:
     """Every word of the tables by which questions are understood."""
     table = knowledge()
-    used = (word for use in table.uses for word in tokens(use))
+    used = (word for phrase in (*table.uses, *table.situations) for word in tokens(phrase))
     known = (*table.vocabulary, *used, *FUNCTION_WORDS, *COMMON_WORDS, *ADJECTIVES, *RELATION_WORDS)
     said = (cues.GENERIC, cues.STRUCTURE, cues.PLACING, cues.PARTICIPLES, cues.SEEKING, cues.DIMENSIONS, cues.UNITS)
     cued = (word for group in said for word in group)
