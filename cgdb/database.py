@@ -24,7 +24,7 @@ from cgdb.query.run import run
 from cgdb.query.search import Hits, check_k, meaning_of, search
 from cgdb.result import Result, StoredNode, StoredRelation
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View
-from cgdb.storage.ledger import Changes, Ledger, OnExisting, Revision, SceneInfo, SceneWriter
+from cgdb.storage.ledger import Changes, Horizon, Ledger, OnExisting, Pruned, Revision, SceneInfo, SceneWriter
 from cgdb.storage.text_vectors import TextVectors
 from cgdb.view import SceneView
 
@@ -131,12 +131,21 @@ class Database:
         """The history, oldest first."""
         return self._ledger.revisions(scene)
 
+    def horizons(self) -> dict[str, Horizon]:
+        """{scene: from where on its history is kept}, of the scenes whose older history was pruned."""
+        return self._ledger.horizons()
+
     def diff(self, a: int, b: int, scene: str | None = None) -> dict[str, Changes]:
         """{scene: what turns it as of revision a into it as of revision b}, of the scenes that differ."""
         for revision in (a, b):
             if revision != 0:  # before the first revision there was nothing, which can be compared with
                 self._ledger.resolve(revision)
-        names = {r.scene for r in self._ledger.revisions() if min(a, b) < r.id <= max(a, b)}
+        between = range(min(a, b) + 1, max(a, b) + 1)
+        kept = {r.id: r.scene for r in self._ledger.revisions() if r.id in between}
+        missing = [revision for revision in between if revision not in kept]
+        # What may have changed in a revision that was pruned is asked for too, and says so.
+        pruned = {name for name, one in self._ledger.horizons().items() if any(map(one.hides, missing))}
+        names = set(kept.values()) | pruned
         found = {}
         for name in sorted(names if scene is None else names & {scene}):
             found[name] = self._ledger.changes(self._ledger.scene_id(name), a, b)
@@ -403,6 +412,20 @@ class Database:
         revision = self._ledger.remove_scene(scene, message=message)
         self._opened.forget_old()
         return revision
+
+    def prune(
+        self, *, keep: int | None = None, before: AsOf = None, scenes: Sequence[str] = (), dry_run: bool = False
+    ) -> Pruned:
+        """Drop old history for good, all that is asked or nothing; the present and what is kept read as before.
+
+        keep: all but the last so many revisions of each scene. before: what is older than the state of each scene at
+        a revision or time. Both: what neither keeps. scenes: of these only. dry_run: only say what would go. Of a
+        removed scene whose removal is the oldest that is kept, that one line stays. The file gets shorter where it can.
+        """
+        pruned = self._ledger.prune(keep=keep, before=before, scenes=scenes, dry_run=dry_run)
+        if not dry_run:
+            self._opened.forget_old()
+        return pruned
 
     def prepare(self, scene: str | None = None) -> None:
         """Build the indexes that are not there yet; a query would build those that it needs."""

@@ -126,6 +126,6 @@ class Opened:
         """Remove index files of old revisions, but the newest of a scene whose latest has none yet: a start for it."""
         keep = set()
         for info in self._ledger.scenes():
-            there = self._artefacts.revisions(info.id)
+            there = {made for made in self._artefacts.revisions(info.id) if self._ledger.is_kept(info.id, made)}
             keep.add((info.id, info.revision if info.revision in there else max(there, default=0)))
         self._artefacts.sweep(keep)

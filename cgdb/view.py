@@ -167,6 +167,8 @@ class SceneView:
         old = self._artefacts.previous(GraphIndex.kind(), self.info.id, self.info.revision)
         if old is None or old.meta["catch_ups"] >= CATCH_UPS:
             return None
+        if not self._ledger.is_kept(self.info.id, old.meta["revision"]):
+            return None  # pruned: nobody can say what has changed since
         if any(columns.get(name, kind) != kind for name, kind in old.meta["columns"].items()):
             return None
         changes = self._ledger.changes(self.info.id, old.meta["revision"], self.info.revision)

@@ -1,11 +1,11 @@
-"""The options of the commands on a store as a whole: ``info``, ``log``, ``diff``, ``views``, ``check``, ``export`` and
-``remove``."""
+"""The options of the commands on a store as a whole: ``info``, ``log``, ``diff``, ``views``, ``check``, ``export``,
+``remove`` and ``prune``."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from cgdb.cli.command_line import as_json, on_store, written
+from cgdb.cli.command_line import as_json, on_store, scenes, written
 
 
 def add(commands: Any) -> None:
@@ -15,6 +15,7 @@ def add(commands: Any) -> None:
     _check(commands)
     _export(commands)
     _remove(commands)
+    _prune(commands)
 
 
 def _history(commands: Any) -> None:
@@ -29,6 +30,7 @@ def _history(commands: Any) -> None:
     )
     diff.add_argument("a", metavar="A", type=int, help="the earlier revision")
     diff.add_argument("b", metavar="B", type=int, help="the later revision")
+    diff.add_argument("--scene", help="this scene only")
     as_json(diff)
 
 
@@ -95,3 +97,28 @@ def _remove(commands: Any) -> None:
         "cgdb remove home.cgdb kitchen",
     )
     remove.add_argument("scene", metavar="SCENE", help="the scene's name")
+
+
+def _prune(commands: Any) -> None:
+    prune = on_store(
+        commands,
+        "prune",
+        "pruning:prune",
+        "drop old revisions for good, and shorten the file",
+        "cgdb prune home.cgdb --keep 20 --before 2025-03-01",
+    )
+    prune.description = (
+        "Drop old revisions for good, and shorten the file. What a scene is now never goes, and every revision\n"
+        "that is kept reads as before; AS OF an older one says that it was pruned. With --keep and --before goes\n"
+        "what neither keeps. A removed scene counts as any other: once its removal is its oldest revision that is\n"
+        "kept, that line of the log is all that is left of it."
+    )
+    prune.add_argument("--keep", type=int, metavar="N", help="keep the last N revisions of each scene")
+    prune.add_argument(
+        "--before",
+        metavar="REVISION",
+        help="a revision or an ISO time (UTC): keep what each scene was then, and all since",
+    )
+    scenes(prune)
+    prune.add_argument("--dry-run", action="store_true", help="say what would go, and change nothing")
+    as_json(prune)

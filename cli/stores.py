@@ -12,6 +12,7 @@ import cgdb
 from cgdb.cli import render
 from cgdb.cli.asking import warn
 from cgdb.cli.plot import only_scene
+from cgdb.cli.pruning import kept_since
 from cgdb.errors import UsageError
 
 TERMINAL = 1_000_000
@@ -56,6 +57,7 @@ def log(options: Namespace) -> int:
     """List the revisions."""
     with cgdb.open(options.store, text_encoder=None) as db:
         revisions = db.revisions()
+        warn(kept_since(db))
         if options.json:
             records = [
                 {
@@ -85,7 +87,7 @@ def diff(options: Namespace) -> int:
     """Say what changed between two revisions."""
     with cgdb.open(options.store, text_encoder=None) as db:
         found: dict[str, Any] = {}
-        for scene, changes in db.diff(options.a, options.b).items():
+        for scene, changes in db.diff(options.a, options.b, options.scene).items():
             found[scene] = {
                 "added": _names(db, scene, options.b, changes.added),
                 "changed": _names(db, scene, options.b, changes.changed),
@@ -133,8 +135,7 @@ def export(options: Namespace) -> int:
     from cgdb.export import WITH_VIEWS, document, format_of
 
     with cgdb.open(options.store, text_encoder=None) as db:
-        names = [scene.name for scene in db.scenes(options.as_of)]
-        name = options.scene or only_scene(names)
+        name = options.scene or only_scene([scene.name for scene in db.scenes(options.as_of)])
         form = options.format or ("cgdb" if options.output == "-" else format_of(Path(options.output)))
         chosen = {
             option: value

@@ -191,8 +191,9 @@ def test_images_are_told_by_their_first_bytes() -> None:
 
 
 def age(path: Path) -> None:
-    """Make a store what the version before would have left: no table of views, format 1."""
+    """Make a store what the first version would have left: none of the tables that came later, format 1."""
     database = sqlite3.connect(path / "ledger.sqlite")
+    database.execute("drop table horizons")
     database.execute("drop table views")
     database.execute("drop table images")
     database.execute("update meta set value = '1' where name = 'format'")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from cgdb.errors import StoreError
 from cgdb.storage import history, reader, sqlite
 from cgdb.storage.history import Header
-from cgdb.storage.reader import Reading
+from cgdb.storage.reader import Lifetime, Reading
 from cgdb.storage.rows import MASK
 
 
@@ -55,7 +55,7 @@ def inspect(reading: Reading, *, full: bool) -> list[Damage]:
             headers = history.read_versions(connection, number, name, last)
         if not full:
             headers = headers[-1:]
-        for part in _parts(headers):
+        for part in parts(headers):
             found.extend(_check_part(reading, headers, part, full=full))
 
     attempt(None, "file", file)
@@ -64,30 +64,52 @@ def inspect(reading: Reading, *, full: bool) -> list[Damage]:
     return list(dict.fromkeys(found))
 
 
-def _parts(headers: list[Header]) -> list[str]:
+def parts(headers: Sequence[Header]) -> list[str]:
     """Every part that the scene ever had; those that are always looked at first."""
     return list(dict.fromkeys(["nodes", "relations", "clouds", "views", *(part for h in headers for part in h.totals)]))
 
 
 def _check_part(reading: Reading, headers: list[Header], part: str, *, full: bool) -> list[Damage]:
-    """Each row once, in however many revisions it lived; what came and went is then summed up revision by revision."""
+    """Every row against its digest, every state against its total."""
     if not headers:
         return []
     name = headers[-1].name
     damaged: list[str] = []
+    wrong = unsummed(headers, part, reader.lifetimes(reading, headers[-1].info(None), part, damaged, every=full))
+    found = [Damage(scene=name, what=part, message=message) for message in damaged]
+    if not wrong or damaged:
+        return found
+    with reading() as connection:
+        # What was pruned since the states were read is not missed.
+        kept = [
+            (header, rows) for header, rows in wrong if history.state_kept(connection, header.scene_id, header.revision)
+        ]
+    for header, rows in kept:
+        count = header.totals.get(part, (0, 0))[0]
+        message = f"revision {header.revision}: {part} are not complete: {rows} rows of {count} are there"
+        found.append(Damage(scene=name, what=part, message=message))
+    return found
+
+
+def unsummed(headers: Sequence[Header], part: str, lifetimes: Iterable[Lifetime]) -> list[tuple[Header, int]]:
+    """The states of a scene, oldest first, whose total of a part its rows do not make up, and how many rows there are.
+
+    What came and went is summed up revision by revision: each row counts once, in however many it lived.
+    """
     came: dict[int, list[int]] = {}
-    for row in reader.lifetimes(reading, headers[-1].info(None), part, damaged, every=full):
+    for row in lifetimes:
         for revision, sign in ((row.rev_from, 1), (row.rev_to, -1)):
             if revision is not None:
                 delta = came.setdefault(revision, [0, 0])
                 delta[0] += sign
                 delta[1] += sign * row.digest
-    found = [Damage(scene=name, what=part, message=message) for message in damaged]
+    wrong: list[tuple[Header, int]] = []
+    changes = sorted(came.items(), reverse=True)
+    count = total = 0
     for header in headers:
-        count, total = header.totals.get(part, (0, 0))
-        reached = [delta for revision, delta in came.items() if revision <= header.revision]
-        counted = sum(delta[0] for delta in reached)
-        if (counted, sum(delta[1] for delta in reached) & MASK) != (count, total) and not damaged:
-            message = f"revision {header.revision}: {part} are not complete: {counted} rows of {count} are there"
-            found.append(Damage(scene=name, what=part, message=message))
-    return found
+        while changes and changes[-1][0] <= header.revision:
+            _, (number, digests) = changes.pop()
+            count, total = count + number, total + digests
+        if (count, total & MASK) != header.totals.get(part, (0, 0)):
+            wrong.append((header, count))
+    return wrong

@@ -13,7 +13,7 @@ from sqlalchemy import Connection, func, insert, select, update
 
 from cgdb.errors import CorruptionError, StoreError
 from cgdb.scene import FeatureSpace
-from cgdb.storage import rows, schema
+from cgdb.storage import horizon, rows, schema
 
 Totals: TypeAlias = Mapping[str, tuple[int, int]]
 """Part ("nodes", "relations", "clouds", "views", "features:SPACE") -> live rows, sum of their digests mod 2**63."""
@@ -107,10 +107,16 @@ def read_revisions(connection: Connection) -> Iterator[Revision]:
     """All revisions in order; CorruptionError where the chain of their seals is broken."""
     before = 0
     expected = 1
+    pruned = sum(one.revisions for one in horizon.read(connection).values())
+    left = pruned
     for row in connection.execute(select(schema.revisions).order_by(schema.revisions.c.id)):
         values = tuple(row)
-        if values[0] != expected or values[-1] != _revision_seal(values[:-1], before):
-            raise CorruptionError(f"revision {expected} of the ledger is damaged or missing")
+        # What was pruned leaves gaps, of as many revisions as are noted; the chain of seals spans them.
+        if isinstance(values[0], int) and values[0] > expected:
+            left -= values[0] - expected
+            expected = values[0] if left >= 0 else expected
+        if values[0] != expected or values[-1] != revision_seal(values[:-1], before):
+            raise _broken(expected, pruned)
         yield Revision(
             id=values[0],
             time=_EPOCH + timedelta(microseconds=values[1]),
@@ -125,8 +131,13 @@ def read_revisions(connection: Connection) -> Iterator[Revision]:
         )
         before = values[-1]
         expected += 1
-    if expected != latest(connection) + 1:
-        raise CorruptionError(f"revision {expected} of the ledger is damaged or missing")
+    if expected != latest(connection) + 1 or left:
+        raise _broken(expected, pruned)
+
+
+def _broken(revision: int, pruned: int) -> CorruptionError:
+    where = ", or one before it," if pruned else ""
+    return CorruptionError(f"revision {revision} of the ledger{where} is damaged or missing")
 
 
 def resolve(connection: Connection, as_of: int | str | datetime | None) -> int:
@@ -134,40 +145,48 @@ def resolve(connection: Connection, as_of: int | str | datetime | None) -> int:
     last = latest(connection)
     if as_of is None:
         return last
-    if isinstance(as_of, str) and as_of.isascii() and as_of.isdigit() and len(as_of) < 19:
-        as_of = int(as_of)
-    if isinstance(as_of, int):
-        if not 1 <= as_of <= last:
+    at = moment(as_of)
+    if isinstance(at, int):
+        if not 1 <= at <= last:
             there = f"there are 1 to {last}" if last else "the store is empty"
-            raise StoreError(f"there is no revision {as_of}", hint=there)
-        return as_of
-    if isinstance(as_of, str):
-        as_of = _moment(as_of)
-    moment = as_of if as_of.tzinfo is not None else as_of.replace(tzinfo=UTC)
-    found = revision_at(connection, moment)
+            raise StoreError(f"there is no revision {at}", hint=there)
+        return at
+    found = revision_at(connection, at)
     if found == 0:
-        raise StoreError(f"there was no revision yet at {moment.isoformat()}")
-    if found == last and moment > datetime.now(UTC):
-        raise StoreError(f"{moment.isoformat()} lies in the future", hint="leave it out for the latest revision")
+        raise StoreError(f"there was no revision yet at {at.isoformat()}")
+    if found == last and at > datetime.now(UTC):
+        raise StoreError(f"{at.isoformat()} lies in the future", hint="leave it out for the latest revision")
     return found
 
 
-def _moment(text: str) -> datetime:
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        raise StoreError(
-            f"{text[:60]!r} is neither a revision nor a time", hint="a time reads 2025-03-01T12:00 (UTC)"
-        ) from None
+def moment(at: int | str | datetime) -> int | datetime:
+    """The number of a revision, or a moment with its zone, that is given as such or as text."""
+    if isinstance(at, int):
+        return at
+    if isinstance(at, str):
+        if at.isascii() and at.isdigit() and len(at) < 19:
+            return int(at)
+        try:
+            at = datetime.fromisoformat(at)
+        except ValueError:
+            raise StoreError(
+                f"{str(at)[:60]!r} is neither a revision nor a time", hint="a time reads 2025-03-01T12:00 (UTC)"
+            ) from None
+    return at if at.tzinfo is not None else at.replace(tzinfo=UTC)
 
 
 def revision_at(connection: Connection, moment: datetime) -> int:
-    """The last revision at or before a moment, 0 when the first one is later."""
+    """The last revision at or before a moment that is known, 0 when the first one is later.
+
+    Where some between two were pruned, every scene is at this one what it was at the moment, or its history is pruned.
+    """
     table = schema.revisions
     micros = microseconds(moment)
-    return int(
+    kept = int(
         connection.execute(select(func.coalesce(func.max(table.c.id), 0)).where(table.c.time <= micros)).scalar_one()
     )
+    begun = (one.first for one in horizon.read(connection).values() if one.first_time <= micros)
+    return max(kept, *begun, 0)
 
 
 def microseconds(moment: datetime) -> int:
@@ -186,7 +205,7 @@ def add_revision(connection: Connection, *, kind: str, scene_id: int, scene: str
     # A clock that was set back must not make "the last revision before T" ambiguous.
     now = max(time.time_ns() // 1000, clock + 1)
     values = (number + 1, now, kind, scene_id, scene, message, *counts)
-    connection.execute(insert(table).values((*values, _revision_seal(values, before))))
+    connection.execute(insert(table).values((*values, revision_seal(values, before))))
     connection.execute(update(schema.meta).where(schema.meta.c.name == "head").values(value=str(number + 1)))
     return int(number) + 1
 
@@ -222,7 +241,10 @@ def add_scene(connection: Connection, name: str) -> int:
 
 
 def read_header(connection: Connection, scene_id: int, name: str, revision: int) -> Header | None:
-    """The scene as of a revision, or None where it did not exist yet; removed ones are returned, and say so."""
+    """The scene as of a revision, or None where it did not exist yet; removed ones are returned, and say so.
+
+    StoreError where its history at that revision was pruned.
+    """
     table = schema.scene_versions
     row = connection.execute(
         select(table)
@@ -238,6 +260,7 @@ def read_header(connection: Connection, scene_id: int, name: str, revision: int)
     if (None if row is None else row.revision) != expected:
         raise CorruptionError(f"scene '{name}': its state at revision {expected} is missing")
     if row is None:
+        horizon.check(connection, scene_id, name, revision)
         return None
     return _header(tuple(row), name)
 
@@ -300,10 +323,35 @@ def add_header(connection: Connection, header: Header) -> None:
 
 
 def live_headers(connection: Connection, revision: int) -> list[Header]:
-    """The scenes that exist as of a revision, by name."""
-    headers = (read_header(connection, number, name, revision) for name, number in scene_names(connection).items())
+    """The scenes that exist as of a revision, by name. StoreError where the history of one was pruned."""
+    if hidden := hidden_at(connection, revision):
+        raise horizon.gone(hidden, revision)
+    return readable_headers(connection, revision)
+
+
+def readable_headers(connection: Connection, revision: int) -> list[Header]:
+    """The scenes that exist as of a revision, by name, but those whose history was pruned."""
+    hidden = hidden_at(connection, revision)
+    names = [(name, number) for name, number in scene_names(connection).items() if name not in hidden]
+    headers = (read_header(connection, number, name, revision) for name, number in names)
     return sorted((h for h in headers if h is not None and not h.removed), key=lambda h: h.name)
 
 
-def _revision_seal(values: tuple[Any, ...], before: int) -> int:
+def hidden_at(connection: Connection, revision: int) -> dict[str, horizon.Horizon]:
+    """{scene: its horizon}, of those whose state at a revision was pruned."""
+    hidden = {number: one for number, one in horizon.read(connection).items() if one.hides(revision)}
+    return (
+        {name: hidden[number] for name, number in scene_names(connection).items() if number in hidden} if hidden else {}
+    )
+
+
+def state_kept(connection: Connection, scene_id: int, revision: int) -> bool:
+    """Whether there is a scene's state of exactly this revision."""
+    table = schema.scene_versions.c
+    mine = (table.scene_id == scene_id) & (table.revision == revision)
+    return connection.execute(select(table.revision).where(mine)).first() is not None
+
+
+def revision_seal(values: tuple[Any, ...], before: int) -> int:
+    """The seal of a revision. before: that of the one before it, 0 where there is none."""
     return rows.record_digest((*values, before))

@@ -1,8 +1,8 @@
 """The ledger: the one truth of a store. Scenes, objects, relations, vectors, clouds, views; the revision of each row.
 
 What was read is what was written: every row carries a digest, every scene the count and sum of its live rows.
-History only grows, so reading a revision needs no long transaction: each batch is a snapshot of its own and all of
-them belong to the same revision.
+What a revision holds never changes, so reading one needs no long transaction: each batch is a snapshot of its own and
+all of them belong to the same revision. Only pruning takes from the past; who was reading there is told so.
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ from sqlalchemy import Connection, Engine, insert, select
 
 from cgdb.errors import CorruptionError, SceneError, StoreError, VersionError, did_you_mean, one_of
 from cgdb.scene import FeatureSpace, ObjectId, SceneGraph, View
-from cgdb.storage import history, migrate, reader, rows, schema, sqlite
+from cgdb.storage import history, horizon, migrate, prune, reader, rows, schema, shrink, sqlite
 from cgdb.storage.changes import Changes, changes_between
 from cgdb.storage.damage import Damage, inspect
 from cgdb.storage.history import Revision, SceneInfo
+from cgdb.storage.horizon import Horizon
+from cgdb.storage.prune import Before, Pruned
 from cgdb.storage.rows import NodeRow, RelationRow
 from cgdb.storage.snapshot import read_scene_graph
 from cgdb.storage.verify import Cloud
@@ -35,9 +37,11 @@ from cgdb.storage.writer import OnExisting, SceneWriter
 __all__ = [
     "Changes",
     "Damage",
+    "Horizon",
     "Ledger",
     "NodeRow",
     "OnExisting",
+    "Pruned",
     "RelationRow",
     "Revision",
     "SceneInfo",
@@ -127,7 +131,7 @@ class Ledger:
                 header = history.read_header(connection, scene_id, name, at)
                 if header is not None and not header.removed:
                     return header.info(None if as_of is None else at)
-            there = [header.name for header in history.live_headers(connection, at)]
+            there = [header.name for header in history.readable_headers(connection, at)]
             when = "" if as_of is None else f" at revision {at}"
             hint = did_you_mean(name, there) or (f"there are {one_of(there)}" if there else "the store is empty")
             raise StoreError(f"there is no scene '{name}'{when}", hint=hint)
@@ -145,6 +149,18 @@ class Ledger:
         with self._reading() as connection:
             every = tuple(history.read_revisions(connection))
             return every if scene is None else tuple(r for r in every if r.scene == scene)
+
+    def horizons(self) -> dict[str, Horizon]:
+        """{scene: from where on its history is kept}, of those whose older history was pruned."""
+        with self._reading() as connection:
+            horizons = horizon.read(connection)
+            names = history.scene_names(connection)
+            return {name: horizons[number] for name, number in sorted(names.items()) if number in horizons}
+
+    def is_kept(self, scene_id: int, revision: int) -> bool:
+        """Whether a revision that a scene had can still be read."""
+        with self._reading() as connection:
+            return history.state_kept(connection, scene_id, revision)
 
     # --- rows --------------------------------------------------------------------------------------------------------
 
@@ -293,6 +309,37 @@ class Ledger:
             revision = writer.finish_removal(message)
             connection.commit()
             return revision
+
+    def prune(
+        self, *, keep: int | None = None, before: Before = None, scenes: Iterable[str] = (), dry_run: bool = False
+    ) -> Pruned:
+        """Drop old history, all that is asked or nothing, then shorten the file; dry_run: only say what would go.
+
+        keep: all but the last so many revisions of each scene; before: what is older than the state of each scene at a
+        revision or time; both: what neither keeps. scenes: of these only.
+        """
+        file = self.path / FILE
+        wanted = list(scenes)
+        size = shrink.size(file)
+        try:
+            with self._reading() if dry_run else self._transaction() as connection:
+                cuts = prune.plan(connection, keep=keep, before=before, scenes=wanted)
+                measured = tuple(prune.measure(connection, cut) for cut in cuts)
+                if dry_run:
+                    return Pruned(dry_run=True, scenes=measured, size_before=size, size_after=size)
+                if cuts:
+                    prune.apply(connection, cuts)
+                    connection.commit()
+                else:
+                    connection.rollback()
+        except StoreError:
+            if not (dry_run or self.read_only or self._closed):
+                shrink.empty_log(file)
+            raise
+        notes = shrink.shrink(file)
+        return Pruned(
+            dry_run=False, scenes=measured, size_before=size, size_after=shrink.size(file), notes=tuple(notes)
+        )
 
     def _find(self, connection: Connection, scene: str, number: int) -> tuple[int, history.Header | None]:
         scene_id = history.scene_id(connection, scene)

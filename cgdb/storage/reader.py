@@ -15,7 +15,7 @@ from sqlalchemy.sql.elements import ColumnElement
 
 from cgdb.errors import CorruptionError
 from cgdb.scene import View
-from cgdb.storage import history, migrate, schema
+from cgdb.storage import history, migrate, rows, schema
 from cgdb.storage.history import SceneInfo
 from cgdb.storage.rows import MASK, NodeRow, RelationRow
 from cgdb.storage.verify import COLUMNS, Cloud, verified
@@ -113,6 +113,14 @@ def lifetimes(reading: Reading, info: SceneInfo, part: str, damaged: list[str], 
     for found in _pages(reading, info, part, 256 if part in _LARGE else 4096, damaged, which, total=False):
         for row, digest, _ in found:
             yield Lifetime(digest=digest, rev_from=row.rev_from, rev_to=row.rev_to)
+
+
+def sealed(connection: Connection, scene_id: int, part: str) -> Iterator[Lifetime]:
+    """Every row of a part there is, as its seal alone tells: a damaged one has a wrong digest, and none is named."""
+    table, condition = _table(part)
+    columns = (table.c.rev_from, table.c.rev_to, table.c.seal)
+    for start, end, mark in connection.execute(select(*columns).where(table.c.scene_id == scene_id, condition)):
+        yield Lifetime(digest=rows.seal(mark, start, end), rev_from=start, rev_to=end)
 
 
 _ORDER = {name: columns[: columns.index("rev_from") + 1] for name, columns in COLUMNS.items()}
@@ -254,6 +262,7 @@ def relations_of(reading: Reading, info: SceneInfo, keys: Iterable[int]) -> list
             _expect(info, "relations", all(row[0] in some or row[1] in some for row in raw))
             for row in raw:
                 found[tuple(row[:4])] = verified("relations", info.id, info.name, row)[1]
+    _expect_kept(reading, info)
     return [found[name] for name in sorted(found)]
 
 
@@ -297,9 +306,18 @@ def views_of(reading: Reading, info: SceneInfo, sound: Sound, key: int) -> tuple
     if not raw:
         _prove_absent(reading, info, sound, "views", table.c.key, [key])
     found = tuple(verified("views", info.id, info.name, row)[1] for row in raw)
-    whole = [(key, rank, len(raw)) for rank in range(len(raw))]
-    _expect(info, "views", [(row.key, row.rank, row.n_views) for row in raw] == whole)
+    whole = [(row.key, row.rank, row.n_views) for row in raw] == [(key, rank, len(raw)) for rank in range(len(raw))]
+    if not whole:
+        _expect_kept(reading, info)
+    _expect(info, "views", whole)
     return found
+
+
+def _expect_kept(reading: Reading, info: SceneInfo) -> None:
+    """After reading what has no total: StoreError where the revision was pruned meanwhile, and rows with it."""
+    with reading() as connection:
+        if not history.state_kept(connection, info.id, info.revision):
+            history.read_header(connection, info.id, info.name, info.revision)
 
 
 def _expect(info: SceneInfo, part: str, holds: bool) -> None:

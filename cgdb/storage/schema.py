@@ -13,7 +13,7 @@ from typing import Any
 from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, LargeBinary, MetaData, Table, Text
 from sqlalchemy.sql.elements import ColumnElement
 
-FORMAT = 2
+FORMAT = 3
 """The version of these tables. A store with a larger one was written by a newer cgdb."""
 
 metadata = MetaData()
@@ -157,6 +157,18 @@ images = Table(
     Column("data", LargeBinary, nullable=False, comment="JPEG, PNG or WebP"),
 )
 
+# What is left of history that was pruned. Apart from the scenes: of most there is nothing to say.
+horizons = Table(
+    "horizons",
+    metadata,
+    _number("scene_id"),
+    Column("first", BigInteger, nullable=False, comment="the first revision that the scene ever had"),
+    Column("first_time", BigInteger, nullable=False, comment="its time, as in revisions"),
+    Column("kept_from", BigInteger, nullable=False, comment="the first revision of the scene that is kept"),
+    Column("revisions", BigInteger, nullable=False, comment="how many of the scene were pruned, ever"),
+    Column("seal", BigInteger, nullable=False),
+)
+
 TEMPORAL = {table.name: table for table in (nodes, relations, features, clouds, views)}
 
 IDENTITY = {
@@ -165,7 +177,7 @@ IDENTITY = {
 }
 """What names a live row of a scene, per temporal table."""
 
-ADDED = {2: (views, images)}
+ADDED = {2: (views, images), 3: (horizons,)}
 """{format: the tables that came with it}. A store of an older format is without them until it is written to."""
 
 

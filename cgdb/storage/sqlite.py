@@ -30,6 +30,8 @@ def create_file(path: Path) -> None:
     connection = sqlite3.connect(path, isolation_level=None)
     try:
         connection.execute(f"PRAGMA page_size={_PAGE}")
+        # Free pages can be given back a few at a time, see ``cgdb.storage.shrink``.
+        connection.execute("PRAGMA auto_vacuum=INCREMENTAL")
         connection.execute(f"PRAGMA application_id={APPLICATION_ID}")
         connection.execute("PRAGMA journal_mode=WAL")
     finally:
@@ -49,6 +51,8 @@ def engine(path: Path, *, read_only: bool, patience: float) -> Engine:
             connection.execute(f"PRAGMA cache_size=-{_CACHE}")
             if not read_only:
                 connection.execute("PRAGMA synchronous=FULL")
+                # Some builds overwrite what is deleted: pruning would write as much into the log as it removes.
+                connection.execute("PRAGMA secure_delete=OFF")
                 connection.execute(f"PRAGMA journal_size_limit={_LOG_KEPT}")
         except BaseException:
             connection.close()
