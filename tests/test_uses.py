@@ -127,6 +127,16 @@ def test_any_text_is_a_frame(text: str) -> None:
         ("notebook", "notebook"),
         ("a red chair", "a red chair"),
         ("zzyzx", "zzyzx"),
+        ("tv-stand", "tv stand"),
+        ("base-cabinet", "base cabinet"),
+        ("alarm-clock-3", "alarm clock 3"),
+        ("t-shirt", "t-shirt"),
+        ("half-full", "half-full"),
+        ("crab_(animal)", "animal crab"),
+        ("iron (for clothing)", "iron"),
+        ("chair (2)", "chair (2)"),
+        ("(broken) lamp", "(broken) lamp"),
+        ("()", "()"),
     ],
 )
 def test_names_in_one_word(name: str, said: str) -> None:

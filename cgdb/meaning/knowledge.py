@@ -24,6 +24,7 @@ from cgdb.meaning.lexicon import (
     IRREGULAR,
     PACKAGES,
     PARTITIVES,
+    PREPOSITIONS,
 )
 from cgdb.meaning.traits import KIN, LONGEST_NAME, MAYBE, NO, UNKNOWN, YES, likeness, names_of_traits, places, usual
 from cgdb.meaning.uses import Frame, Matches, Uses, noun_runs
@@ -100,8 +101,27 @@ class Knowledge:
         return tuple(i for i in self.things_named(" ".join(stems[:-1])) if self.consumables[i])
 
     def readable(self, name: str) -> str:
-        """A name of a map in plain words: "CoffeeTable_12" is "coffee table 12", "bathroomcabinet" two words."""
-        return " ".join(self._parted(word) for word in name.replace("_", " ").split())
+        """A name of a map in plain words: "CoffeeTable_12" is "coffee table 12", "bathroomcabinet" two words.
+
+        "Wall-plug" is two words, too, and a gloss ends no name: "crab (animal)" is an animal crab, "iron (for
+        clothing)" an iron.
+        """
+        plain = name.replace("_", " ")
+        if gloss := _GLOSS.fullmatch(plain):
+            plain = gloss["name"]
+            if gloss["gloss"].split()[0].casefold() not in PREPOSITIONS:
+                behind = f"{gloss['name']} {gloss['gloss']}"
+                plain = behind if stemmed(behind) in self.thing_by_name else f"{gloss['gloss']} {gloss['name']}"
+        return " ".join(self._unhyphened(self._parted(word)) for word in plain.split())
+
+    def _unhyphened(self, word: str) -> str:
+        """The words of "tv-stand"; a word that is one thing ("t-shirt"), or partly none, stays as it is."""
+        parts = word.split("-")
+        if len(parts) == 1 or stemmed(word) in self.thing_by_name:
+            return word
+        known = all(part.isdigit() or part in PREPOSITIONS or self._is_word(part.casefold()) for part in parts)
+        ends = singular(parts[-1].casefold()) in self.nouns and all(len(part) > 2 and part.isalpha() for part in parts)
+        return " ".join(parts) if known or ends else word
 
     def _parted(self, word: str) -> str:
         """A word that is none as the words that it is made of, the fewest, the last of them a noun of the table."""
@@ -242,6 +262,7 @@ class Knowledge:
 
 
 _HUMP = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_GLOSS = re.compile(r"(?P<name>[^()]*\w[^()]*?)\s*\((?P<gloss>[^()]*[A-Za-z][^()]*)\)\s*")
 
 
 @lru_cache(maxsize=1)

@@ -21,7 +21,7 @@ from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.told import Says, Statement
 from cgdb.meaning.words import Parse, WordIndex, pack_strings, parse, unpack_strings
 
-FORMAT = 5
+FORMAT = 6
 """Goes up whenever what build() makes of the same nodes changes; an index of another format is built anew."""
 
 
