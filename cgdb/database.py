@@ -110,6 +110,7 @@ class Database:
     def close(self) -> None:
         """Give all files back. Closing twice is allowed."""
         self._opened.close()
+        self._encoders.close()
         self._kept.close()
         self._ledger.close()
 
@@ -444,7 +445,7 @@ class Database:
         if encoder is None:
             return
         infos = self._ledger.scenes() if scene is None else [self._ledger.scene(scene)]
-        yield from encode(encoder, self._kept, [self._opened.view(info).degrees for info in infos])
+        yield from encode(encoder, self._encoders, self._kept, [self._opened.view(info).degrees for info in infos])
         for view in self._opened.all():
             view.degrees.refresh()
 

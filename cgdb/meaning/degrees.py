@@ -111,7 +111,7 @@ class Degrees:
         return degree[[distinct[pair] for pair in pairs]]
 
     def _background(self, encoder: Encoder | None) -> NDArray[np.float32] | None:
-        return None if encoder is None else self._encoders.encode(encoder, background.texts())
+        return None if encoder is None else self._encoders.background(encoder)
 
     def _text_meaning(
         self, text: str, encoder: Encoder | None, features: Mapping[str, NDArray[np.float32]] | None = None

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgdb.errors import CgdbError, EncoderError
+from cgdb.meaning import background
 from cgdb.meaning.embed import TEXT_MODEL, Encoder, space_encoder
+from cgdb.meaning.shared_vectors import SharedVectors
 from cgdb.scene import FeatureSpace
 from cgdb.storage.text_vectors import TextVectors
 
@@ -32,6 +34,7 @@ class Encoders:
     ) -> None:
         """text: the encoder of captions, or its name, or None to do without. spaces: {feature space: its encoder}."""
         self._kept = kept
+        self._shared = SharedVectors(kept)
         self._text = text
         self._spaces: dict[str, Encoder | CgdbError] = dict(spaces or {})
         self._loaded: dict[str, Encoder | CgdbError] = {}
@@ -75,27 +78,27 @@ class Encoders:
 
     def known(self, name: str, texts: Sequence[str]) -> Floats | None:
         """(n, d) float32 what the store keeps of these texts by the encoder of that name, NaN rows for the others."""
-        found = self._kept.get(name, list(texts))
-        if not found:
-            return None
-        matrix = np.full((len(texts), len(next(iter(found.values())))), np.nan, np.float32)
-        for row, text in enumerate(texts):
-            if text in found:
-                matrix[row] = found[text]
-        return matrix
+        return _known(self._kept, name, texts)
 
     def encode(self, encoder: Encoder, texts: Sequence[str]) -> Floats:
         """(n, d) float32 the vectors of texts of a store; what had to be encoded is kept in it."""
-        matrix = self.known(encoder.name, texts)
-        if matrix is not None and not np.isnan(matrix).any():
-            return matrix
-        unknown = np.ones(len(texts), bool) if matrix is None else np.isnan(matrix).any(axis=1)
-        missing = list(dict.fromkeys(texts[row] for row in np.flatnonzero(unknown).tolist()))
-        self._kept.put(encoder.name, missing, encoder.texts(missing))
-        matrix = self.known(encoder.name, texts)
-        if matrix is None or np.isnan(matrix).any():  # a store that cannot be written keeps nothing
-            return encoder.texts(list(texts))
-        return matrix
+        return _encoded(self._kept, encoder, texts)
+
+    def background(self, encoder: Encoder) -> Floats:
+        """(u, d) float32 the vectors of the phrases that every question is compared with."""
+        return _encoded(self.keeper(encoder), encoder, background.texts())
+
+    def keeper(self, encoder: Encoder) -> TextVectors | SharedVectors:
+        """What keeps the vectors of the background: all stores of the user share those of the model that we know.
+
+        Any other encoder may change under its name.
+        """
+        known = self._text == TEXT_MODEL and self._loaded.get(TEXT_MODEL) is encoder
+        return self._shared if known else self._kept
+
+    def close(self) -> None:
+        """Give files back; a later call opens them again."""
+        self._shared.close()
 
     def _load(self, name: str) -> Encoder | CgdbError:
         with self._lock:
@@ -105,3 +108,28 @@ class Encoders:
                 except CgdbError as error:
                     self._loaded[name] = error
             return self._loaded[name]
+
+
+def _known(kept: TextVectors | SharedVectors, name: str, texts: Sequence[str]) -> Floats | None:
+    found = kept.get(name, list(texts))
+    if not found:
+        return None
+    matrix = np.full((len(texts), len(next(iter(found.values())))), np.nan, np.float32)
+    for row, text in enumerate(texts):
+        if text in found:
+            matrix[row] = found[text]
+    return matrix
+
+
+def _encoded(kept: TextVectors | SharedVectors, encoder: Encoder, texts: Sequence[str]) -> Floats:
+    """(n, d) float32 the vectors of texts; what had to be encoded is kept."""
+    matrix = _known(kept, encoder.name, texts)
+    if matrix is not None and not np.isnan(matrix).any():
+        return matrix
+    unknown = np.ones(len(texts), bool) if matrix is None else np.isnan(matrix).any(axis=1)
+    missing = list(dict.fromkeys(texts[row] for row in np.flatnonzero(unknown).tolist()))
+    kept.put(encoder.name, missing, encoder.texts(missing))
+    matrix = _known(kept, encoder.name, texts)
+    if matrix is None or np.isnan(matrix).any():  # what cannot be written keeps nothing
+        return encoder.texts(list(texts))
+    return matrix

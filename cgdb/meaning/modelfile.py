@@ -68,7 +68,7 @@ def sha256_of(path: Path) -> str:
     except OSError as reason:
         raise EncoderError(f"cannot read {path}: {reason.strerror}") from None
     mark = [stat.st_size, stat.st_mtime_ns]
-    memory = _memory_file()
+    memory = cache_folder() / "sha256.json"
     known = _recall(memory)
     remembered = known.get(str(path))
     if isinstance(remembered, dict) and remembered.get("mark") == mark and isinstance(remembered.get("sha256"), str):
@@ -83,9 +83,10 @@ def sha256_of(path: Path) -> str:
     return digest
 
 
-def _memory_file() -> Path:
+def cache_folder() -> Path:
+    """Where what can be made again is kept for the user, by the XDG rules; it need not exist."""
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "cgdb" / "sha256.json"
+    return (Path(base) if base else Path.home() / ".cache") / "cgdb"
 
 
 def _recall(memory: Path) -> dict[str, Any]:
