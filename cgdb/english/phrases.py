@@ -6,7 +6,6 @@ import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -112,12 +111,18 @@ class Phrases(Generic[T]):
         self._root: _Step[T] = _Step()
         for value, phrases in table.items():
             for phrase in re.sub(r"\|\s+", "|", phrases).split(","):
-                for forms in _spelled(phrase.split()):
-                    step = self._root
-                    for form in forms:
-                        step = step.after.setdefault(form, _Step())
-                    if not step.ends:
-                        step.ends = [value]
+                self._add(phrase.split(), value)
+
+    def _add(self, parts: Sequence[str], value: T) -> None:
+        """All ways to say a phrase, together: where the parts so far may have got to."""
+        ends = {self._root: True}
+        for part in parts:
+            either = part.rstrip("?").split("|")
+            following = {step.after.setdefault(form, _Step()): True for step in ends for form in either if form}
+            ends = {**ends, **following} if part.endswith("?") or "" in either else following
+        for step in ends:
+            if not step.ends and step is not self._root:
+                step.ends = [value]
 
     def at(self, found: Sequence[Word], i: int) -> tuple[int, T] | None:
         """(number of words, value) of the longest phrase that begins at word i."""
@@ -146,16 +151,3 @@ class Phrases(Generic[T]):
         found = words(text.casefold())
         hit = self.at(found, 0) if found else None
         return hit[1] if hit is not None and hit[0] == len(found) else None
-
-
-def _spelled(parts: Sequence[str]) -> Iterable[tuple[str, ...]]:
-    """All ways to say a phrase, without the empty one."""
-    choices = []
-    for part in parts:
-        optional = part.endswith("?")
-        either = part.rstrip("?").split("|")
-        choices.append([*either, ""] if optional else either)
-    for way in product(*choices):
-        forms = tuple(form for form in way if form)
-        if forms:
-            yield forms
