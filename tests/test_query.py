@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -188,6 +189,12 @@ def test_limits(db: Database) -> None:
         db.query("MATCH (a), (b), (c) RETURN count(*)", limits=Limits(rows=100))
     with pytest.raises(LimitError, match="longer than"):
         db.query("MATCH (a)-[:on]->(b) RETURN a", limits=Limits(seconds=1e-9))
+
+
+def test_reasons_may_be_asked_for_long_after_the_query(db: Database) -> None:
+    result = db.query("MATCH (a) WHERE (a)-[:on]->() OR (a)-[:in]->() RETURN a LIMIT 1", limits=Limits(seconds=1.0))
+    time.sleep(1.05)
+    assert any("on" in str(reason) for reason in result[0].why)
 
 
 def test_starting_from_the_vectors_gives_the_same_rows() -> None:

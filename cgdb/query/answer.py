@@ -140,7 +140,12 @@ def _rows(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place]
 
 
 def _explainer(query: BoundQuery, part: SceneRows, rows: Bindings, i: int) -> Callable[[], Any]:
-    return lambda: reasons(query, part.plan, part.view, part.executor, rows.take(np.asarray([i])))
+    def explain() -> Any:
+        # Who asks for the reasons may do so long after the query: they have its time once more.
+        part.executor.allow_anew()
+        return reasons(query, part.plan, part.view, part.executor, rows.take(np.asarray([i])))
+
+    return explain
 
 
 def _distinct(query: BoundQuery, parts: Sequence[SceneRows], places: Sequence[Place], budget: Budget) -> list[Row]:

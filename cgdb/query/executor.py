@@ -98,6 +98,10 @@ class Executor:
         degree[known], fits[known] = best.truth.degree[place[known]], best.truth.fits[place[known]]
         return Truth(degree=degree, fits=fits)
 
+    def allow_anew(self) -> None:
+        """From now on there is as much time again as there was for the query."""
+        self._budget = Budget(limits=self._budget.limits)
+
     def best_match(self, pattern: ast.Pattern, row: Bindings) -> Bindings:
         """The match that a single row owes its degree to; no rows where there is none."""
         found, _ = self._pattern_matches(pattern, row)
