@@ -59,6 +59,26 @@ def said(asked: Asked) -> str:
         ("a bite to eat, but I don't want anything sweet", "something to eat; no sweet"),
         ("a thingamajig to hang coats on", "something to hang coats on"),
         ("a chair to sit on", "chair to sit on"),
+        # leads, exclamations, and who is spoken to
+        ("Oi, where's my chef's knife?", "chef's knife"),
+        ("mate, have you seen the red cup", "red cup"),
+        ("I'm after the suitcase", "suitcase"),
+        ("I search one seat not broken", "seat; no broken"),
+        ("I seem to remember a painting of mountains", "painting of mountains"),
+        ("I could have sworn there was a stapler", "stapler"),
+        ("bring my wife some water", "water"),
+        ("get grandad a drink, nothing alcoholic, he's on blood thinners", "drink; no alcoholic"),
+        # what is said aside
+        ("that grey box with a dial, I forget what you call it", "grey box with a dial"),
+        ("a hot drink with no caffeine, or I'll be up all night", "hot drink; no caffeine"),
+        ("a mug or a glass", "mug or a glass"),
+        # where somebody thinks that it is, and what it is like
+        ("I'm after the suitcase, I think it's stored up high somewhere", "suitcase"),
+        ("the remote, I think it is on the sofa", "remote; on sofa"),
+        ("The flour, love. It'll be in a big bag I expect.", "flour; in big bag"),
+        ("my elephant!! the soft one", "soft elephant"),
+        # whose, of what is wanted
+        ("I need a bowl. Obviously I don't mean the dog's.", "bowl; no dog's bowl"),
         # corrections
         ("not a mug - a glass", "glass; no mug"),
         ("not the red one, the blue cup", "blue cup; no red"),

@@ -17,12 +17,12 @@ from cgdb.asking.draft import Draft
 from cgdb.asking.explained import Explained, explained
 from cgdb.asking.intake import LONGEST_QUESTION, follow_up, scenes_named
 from cgdb.asking.intake import checked as checked_question
-from cgdb.asking.loosened import loosened, widened
+from cgdb.asking.loosened import is_there, loosened, widened
 from cgdb.asking.narrowed import narrowed
 from cgdb.asking.reordered import failing, has_an_order, reordered, reranker_of
 from cgdb.asking.shortlist import shortlist
 from cgdb.asking.statements import among_previous, best_of, by_score, like, of_objects, returns_total, uncut
-from cgdb.asking.survey import list_values, places, surveyed
+from cgdb.asking.survey import list_values, names, places, surveyed
 from cgdb.asking.wording import facts
 from cgdb.errors import (
     BindError,
@@ -53,6 +53,7 @@ from cgdb.result import Result, Row
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+    from cgdb.english.translate import Translation
     from cgdb.scene import FeatureSpace
 
 MOST_ROWS = 50
@@ -289,9 +290,38 @@ class _Asking:
         except LimitError:
             draft = self._narrowed(tree)
         otherwise = loosened if draft.result.nothing_fits else widened
-        if other := otherwise(made, lambda one: self._carried_out(one).result):
+        if other := otherwise(made, self._result_of):
             made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
+        if other := self._read_again(made, draft.result):
+            made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
+            understood = other.understood
         return replace(draft, how="built-in", understood=understood, wanted=made.wanted, made=made)
+
+    def _result_of(self, tree: ast.Query) -> Result:
+        return self._carried_out(tree).result
+
+    def _read_again(self, made: Translation, found: Result) -> Translation | None:
+        """The question as it was read a second time, where nothing fits and something does so; else None."""
+        from cgdb.english.second_reading import by_container, by_name
+        from cgdb.english.translate import read_otherwise
+
+        if not found.nothing_fits or "previous" in self.parameters or made.kind == "other language":
+            return None
+        named = by_name(self.question, made.asked, names(self.views))
+        held = None if is_there(made, self._result_of) else by_container(made.asked)
+        for asked, note in (
+            (named, "nothing fits as it was read at first: asked for the name in it that the map knows"),
+            (held, "nothing is called so: asked for what holds it"),
+        ):
+            if asked is None:
+                continue
+            other = read_otherwise(asked, self.catalog, surveyed(self.views, previous=False), note=note)
+            result = self._result_of(other.query)
+            if result.nothing_fits and (less := loosened(other, self._result_of)):
+                return less
+            if not result.nothing_fits:
+                return other
+        return None
 
     def _narrowed(self, tree: ast.Query) -> Draft:
         """The statement over what fits alone, where it outgrew a limit; the answer shows it as it was."""

@@ -33,7 +33,7 @@ def loosened(made: Translation, run: Run) -> Translation | None:
         return None
     choices = [_possible(one.looser, run) for one in made.conditions]
     for asked in (made, _plainly(made)):
-        if asked is None or (asked is made and not any(choices)) or not _there(asked, run):
+        if asked is None or (asked is made and not any(choices)) or not is_there(asked, run):
             continue
         ways = chain([(None,) * len(choices)] if asked is not made else [], _ways(choices))
         for chosen in islice(ways, MOST_TRIES):
@@ -69,7 +69,7 @@ def _subject(query: ast.Query) -> ast.NodePattern | None:
     return next((node for node in query.patterns[0].nodes if node.variable == parts.SUBJECT), None)
 
 
-def _there(made: Translation, run: Run) -> bool:
+def is_there(made: Translation, run: Run) -> bool:
     """Whether anything is what is wanted, whatever else is asked of it."""
     subject = _subject(made.query)
     return subject is not None and not run(best_of(subject, 1)).nothing_fits

@@ -10,7 +10,9 @@ from cgdb.asking.answer import first_node
 from cgdb.asking.shortlist import identity
 from cgdb.asking.statements import among_these, best_of, like
 from cgdb.english import tree_parts as parts
+from cgdb.english.second_reading import by_description
 from cgdb.grammar import ast
+from cgdb.meaning.situations import MARK
 from cgdb.result import Reason, Result, Row, StoredNode
 
 if TYPE_CHECKING:
@@ -25,13 +27,16 @@ NEAREST = 5
 def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple[tuple[Row, ...], dict[Any, str]]:
     """The nearest rows, none of which fits, and by (scene, id) what the thing lacks, in words.
 
-    there: rows of the statement that do not fit, which are the nearest where there are any.
+    there: rows of the statement that do not fit, which are the nearest where there are any, but where a thing is asked
+    by its use or described: then those that all that was said comes nearest to.
     """
     rows = [row for row in there if first_node(row) is not None][:NEAREST]
     if not rows or not _wanted_among(made, rows, run):
         other = [row for row in run(_relaxed(made)).rows if first_node(row) is not None][:NEAREST]
         # A TV that is off comes nearer to "is the TV on" than another thing that is on.
         rows = other if other and (not rows or other[0].fits) else rows
+    if (whole := _all_that_is_said(made)) and not _wanted_among(made, rows, run):
+        rows = list(run(best_of(like(ast.Text(value=parts.cut(whole))), NEAREST)).rows)
     if not rows:
         rows = list(run(_alone(made, limit=NEAREST)).rows)
     nodes = [node for row in rows if (node := first_node(row)) is not None]
@@ -56,6 +61,15 @@ def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple
         rows = [row for row in rows if identity(row) in fitting]
     told = {key: ", ".join(said) for key, said in lacks.items()}
     return tuple(_failing(row, told[identity(row)]) for row in rows if identity(row) in told), told
+
+
+def _all_that_is_said(made: Translation) -> str:
+    """The text that what comes nearest is ordered by, where more is said than what was read and nothing is that."""
+    if "$previous" in made.text:
+        return ""
+    if made.kind == "affordance" and made.question:
+        return f"something{MARK}: {made.question}"
+    return by_description(made.asked)
 
 
 def _wanted_among(made: Translation, rows: Sequence[Row], run: Run) -> set[Any]:

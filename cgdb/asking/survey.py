@@ -64,6 +64,15 @@ def list_values(views: Sequence[SceneView], catalog: Catalog) -> dict[str, list[
     return found
 
 
+def names(views: Sequence[SceneView]) -> frozenset[tuple[str, ...]]:
+    """The names of things, each in singular words."""
+    from cgdb.meaning.knowledge import knowledge
+    from cgdb.meaning.words import stemmed
+
+    tags = {tag for view in views for node in _some(view) for tag in (node.tag, *node.tags) if tag}
+    return frozenset(stemmed(knowledge().readable(tag)) for tag in tags)
+
+
 def _some(view: SceneView) -> Iterable[StoredNode]:
     positions = view.columns.of_label("Object")
     return view.stored(positions[:: max(1, len(positions) // LOOKED_AT)]).values()

@@ -33,6 +33,7 @@ class Clause:
 
 _THE_ONE = frozenset(("the", "one", "ones", "that", "those", "these", "any", "is", "are", "up", "down"))
 _SOME = frozenset(("one", "ones", "any"))
+_WHOSE = frozenset(("my", "our", "his", "her", "their"))
 _JOINED = frozenset((",", "and", "but", ";", ":"))
 
 
@@ -65,9 +66,13 @@ class _Reader(Lookahead):
     def read(self) -> Clause | None:
         forms = [word.form for word in self._all]
         tired = any((hit := cues.negations().at(self._all, i)) and hit[1] == "dislike" for i in range(len(forms)))
-        helps = None if tired else remedy(forms)  # "I'm sick of magazines" tells of no illness
         begins = self._opening
-        told = helps is not None or (begins.at == 0 and is_story(forms) and not cues.negations().at(self._all, 0))
+        named = begins.seeks or (forms[0] in _WHOSE and bool(knowledge().things_named(" ".join(forms[1:]))))
+        # "I'm sick of magazines" tells of no illness, "I seem to remember a red cup" of nothing to be noted down.
+        helps = None if tired or begins.seeks else remedy(forms)
+        told = helps is not None or (
+            begins.at == 0 and not named and is_story(forms) and not cues.negations().at(self._all, 0)
+        )
         story = told and begins.form == "find" and not begins.use
         state = state_at_end(self._words, self._at)
         self._state = None if state is None else state[1]

@@ -10,7 +10,8 @@ from cgdb.english.phrases import Phrases, listed
 _WHO = "i|we|you|one|someone|people|they|he|she"
 _MAY = "can|could|shall|should|would|may|might|must|will|do"
 
-# How a question begins. lead: says nothing; the others say what is asked, see cgdb.english.questions.
+# How a question begins. lead: says nothing; seek: that somebody looks for it; the others say what is asked, see
+# cgdb.english.questions.
 _FRAMES: Mapping[str, str] = {
     "lead": """please, hi, hello, hey, hey robot, ok, okay, so, well, now, and, then, but, robot, can|could|would|will
         you please|kindly? recommend|suggest|find|show|get|bring|fetch|give|locate|list|tell|name|point|take|hand|help?
@@ -27,6 +28,9 @@ _FRAMES: Mapping[str, str] = {
         is|are, there is|are, the?
         image|picture|photo|object|item|thing|objects|things is|are|of|shows|show, a|an|the picture|photo showing, i
         see, i am thinking of, describe, is|are""",
+    "seek": """i|we search|seek for?, i|we am|are after|seeking, i|we am|are hunting|rummaging around? for, i|we am|are
+        on the hunt|lookout for, i|we am|are in need|search of, i|we seem to remember|recall seeing?, i|we can|could?
+        remember|recall seeing?, i|we could have sworn there was|were, i|we thought there was|were, there used to be""",
     "exists": """is|are there any|some?, do|does|did not|never i|we|you|they have|own|keep|see any|some?, has|have not
         i|we|you|they got|seen? any|some?, is|are there not any|some?, is|are not there any|some?, do|does|did
         i|we|you|they not have|own any|some?, do|can|did you have|see|find any|some?, is|are there not any|some?, does
@@ -109,7 +113,8 @@ _NEGATIONS: Mapping[str, str] = {
         sick|tired|bored|weary and tired? of, i|we|she|he|they? am|is|are? really|so? fed up with|of,
         i|we|she|he|they? have|has had enough of?, i|we|she|he|they have|has enough|plenty of?,
         i|we|she|he|they have|has got? enough|plenty of?, i|we|she|he|they react|reacts badly? to, i|we already
-        have|own a|an|the|some?""",
+        have|own a|an|the|some?, i|we|she|he|they can|could not be doing|dealing|bothered with,
+        i|we|she|he|they can|could not abide|bear|stomach""",
     "omit": "hold|skip|omit|ditch|forget the, leave|leaving out the?, sans, minus, hold off on the?, go easy on the",
     "deny": f"""that|which|who? {_WHO}|it? {_MAY}|does|did|has|have|had not ever? be|have|get|come|contain|include?,
         that|which|who never, that|which|who? lacks|lack, fails to, unable to, not able to, not suitable for|to, not
@@ -264,11 +269,12 @@ PRONOUNS = listed("it them this that these those me you us him her one ones")
 EACH_OTHER = frozenset(("each other", "one another", "another one", "another", "others", "other ones"))
 
 
-INTERJECTIONS = """oh no, oh dear, oh my?, oh god, ah, aha, aw, ugh, argh, oops, whoops, ouch, ow, phew, wow, yikes,
-        hmm, hm,
-        um, uh, erm, er, eek, damn, darn, blimey, excuse me, sorry, pardon, listen, look here, right, alright, all
-        right,
-        yes, yeah, yep, hey there, hi there, good morning|evening|afternoon"""
+INTERJECTIONS = """oi, oy, yo, hiya, howdy, psst, ahoy, goodness me?, goodness gracious me?, good grief, my
+    goodness|god|word, for goodness|heaven's|god's|pete's sake, right then, now then, hello|hey
+    there|you|all|everyone, mate, love, dear, darling, sweetheart, pal, buddy, dude, guys, folks, lads, sir,
+    madam, oh no, oh dear, oh my?, oh god, ah, aha, aw, ugh, argh, oops, whoops, ouch, ow, phew, wow, yikes, hmm,
+    hm, um, uh, erm, er, eek, damn, darn, blimey, excuse me, sorry, pardon, listen, look here, right, alright, all
+    right, yes, yeah, yep, hey there, hi there, good morning|evening|afternoon"""
 
 
 @lru_cache(maxsize=1)

@@ -34,7 +34,8 @@ class Located:
 
     inverse: the anchor is the subject ("with a lamp on it"). chained: said of the thing before, or of its anchor ("on
     the table by the window"). text: as it was written. An empty anchor stands for another thing of the wanted kind.
-    the_one: a denied one of which there is one ("not the one on the desk").
+    the_one: a denied one of which there is one ("not the one on the desk"). guessed: somebody only thinks so ("I think
+    it is on the desk"), so it may be left out.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Located:
     negated: bool = False
     chained: bool = False
     the_one: bool = False
+    guessed: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -33,7 +33,7 @@ class Opening:
     """How a clause begins. at: its first word behind that. prefix: what stands for it in the text ("something to").
 
     use: it is asked what something serves for; bare: without saying for what ("what can I use?"); wish: somebody wants
-    to do something, which may be the question or only its reason.
+    to do something, which may be the question or only its reason. seeks: somebody looks for what is named behind it.
     """
 
     at: int = 0
@@ -41,6 +41,7 @@ class Opening:
     prefix: str = ""
     bare: bool = False
     wish: bool = False
+    seeks: bool = False
 
     @property
     def use(self) -> bool:
@@ -50,7 +51,7 @@ class Opening:
 
 def opening(found: Sequence[Word], start: int = 0) -> Opening:
     """Read the beginning of a clause, from word ``start``."""
-    at, form, prefix, wish = start, "find", "", False
+    at, form, prefix, wish, seeks = start, "find", "", False, False
     while at < len(found):
         if found[at].form in MARKS:
             at += 1
@@ -60,7 +61,8 @@ def opening(found: Sequence[Word], start: int = 0) -> Opening:
             break
         length, frame = hit
         following = found[at + length].form if at + length < len(found) else None
-        if frame == "lead":
+        if frame in ("lead", "seek"):
+            seeks |= frame == "seek"
             # "Is" opens a question only where it is its first word.
             if (found[at].form in ("is", "are") and at > start) or (following is None and length == 1):
                 break
@@ -89,7 +91,7 @@ def opening(found: Sequence[Word], start: int = 0) -> Opening:
     if prefix and left[:1] == ["have"] and _MEALS & set(left):
         prefix, at = "something to eat", at + 1  # "what can I have for dinner"
     bare = bool(prefix) and all(word in _BARE_USES for word in left)
-    return Opening(at=at, form=form, prefix=prefix, bare=bare, wish=wish)  # type: ignore[arg-type]
+    return Opening(at=at, form=form, prefix=prefix, bare=bare, wish=wish, seeks=seeks)  # type: ignore[arg-type]
 
 
 def without_asides(found: Sequence[Word]) -> tuple[Word, ...]:

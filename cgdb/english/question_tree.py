@@ -330,7 +330,10 @@ class _Writer:
         if len(meant) < len(located.anchors):
             return condition
         said = (self.catalog, self._by_side(located), condition.expression, meant)
-        return replace(condition, looser=of_relation(*said), wider=of_denied(*said))
+        looser = of_relation(*said)
+        if located.guessed:
+            looser = (*looser, Looser(says=f"{located.text}: only thought to be so, and left out"))
+        return replace(condition, looser=looser, wider=of_denied(*said))
 
     def _told(self, located: Located, anchors: Sequence[str]) -> list[ast.Expression]:
         """That the captions say it, where they tell where things are."""

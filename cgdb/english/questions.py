@@ -15,11 +15,20 @@ from cgdb.english.clauses import Clause, read
 from cgdb.english.cues import PRONOUNS, STARTERS
 from cgdb.english.intent import Asked, Located
 from cgdb.english.lookahead import PREVIOUS, only_traits
-from cgdb.english.needs import Situation, situation
+from cgdb.english.needs import Situation, remedy, situation
 from cgdb.english.phrases import Phrases, Word, cleaned, joined, stretch, words
 from cgdb.english.question_frames import MARKS, begins_question, without_asides
 from cgdb.english.question_heads import head, in_each_scene, is_polar, without_auxiliary
-from cgdb.english.reasons import begins_reason, forbidden, out_of_use, placing, wish_of, without_thrown_in
+from cgdb.english.reasons import (
+    begins_reason,
+    forbidden,
+    guessed,
+    out_of_use,
+    placing,
+    wish_of,
+    without_asides_behind,
+    without_thrown_in,
+)
 
 MOST_WORDS = 200
 """Words of a question that are read: more than anybody asks, and few enough for any text to be cheap."""
@@ -46,10 +55,15 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
     text = _DASH.sub(", ", cleaned(question))
     out = _written_out(text)
     back, text = out != text, out
-    found = without_thrown_in(without_asides(words(text)))
-    notes: tuple[str, ...] = ()
+    found, notes = without_asides_behind(text, without_thrown_in(without_asides(words(text))))
     if len(found) > MOST_WORDS:
-        found, notes = found[:MOST_WORDS], (f"only the first {MOST_WORDS} words were read",)
+        found, notes = (
+            found[:MOST_WORDS],
+            (
+                *notes,
+                f"only the first {MOST_WORDS} words were read",
+            ),
+        )
     names = Phrases({True: ",".join(" ".join(word.form for word in words(cleaned(place))) for place in places)})
 
     def read_all(some: Sequence[Word]) -> Asked:
@@ -67,7 +81,7 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
         bare = not (asked.wanted or asked.located or asked.measured or asked.first) and said[-1:] and said[-1] in _BACK
         if previous and (bare or asked.wanted.casefold() in _BACK):
             asked = replace(asked, wanted=PREVIOUS)
-    return replace(asked, notes=notes)
+    return replace(asked, notes=(*notes, *asked.notes))
 
 
 def _in_situation(asked: Asked, told: Situation | None, *, back: bool) -> Asked:
@@ -91,7 +105,8 @@ def _written_out(text: str) -> str:
     found = words(text)
     if len(found) > MOST_WORDS:
         return text
-    return resolved(text, _clauses(text, without_thrown_in(without_asides(found)))) or text
+    plain, _ = without_asides_behind(text, without_thrown_in(without_asides(found)))
+    return resolved(text, [clause for clause in _clauses(text, plain) if not guessed(clause)]) or text
 
 
 def _read_all(
@@ -102,16 +117,22 @@ def _read_all(
     gone: list[str] = []
     lacking: list[Clause] = []
     traits: list[str] = []
+    thoughts: list[str] = []
     for clause in _clauses(text, some):
         denied = forbidden(clause)
-        it_is = placing(clause) if parts else 0
+        thought = guessed(clause) if parts else 0
+        it_is = thought or (placing(clause) if parts else 0)
         begin = denied[0] if denied is not None else it_is or wish_of(clause)
-        part = read_one(clause[begin:])
+        part = read_one(clause[begin:]) if begin or not parts else _of_somebody(clause) or read_one(clause)
         if part is None:
             continue
-        if it_is and part.asked.wanted and only_traits(part.asked.wanted):
-            traits.append(part.asked.wanted)
+        described = part.asked.wanted if it_is else _of_the_one(part.asked.wanted) if parts and not denied else ""
+        if described and only_traits(described):
+            traits.append(described)
             part = replace(part, asked=replace(part.asked, wanted=""), bare=True)
+        if thought:
+            thoughts.append(f"only thought to be so: {stretch(text, clause[thought:])}")
+            part = _only_thought(part)
         if denied is not None:
             part = _denied(part, named=denied[1])
         if names := out_of_use(text, clause):
@@ -125,7 +146,32 @@ def _read_all(
         asked = replace(asked, excluded=_once(*asked.excluded, *gone))
     else:
         asked = _together(parts, back=back)
-    return replace(asked, wanted=" ".join((*traits, asked.wanted))) if traits else asked
+    return replace(asked, wanted=" ".join((*traits, asked.wanted)).strip(), notes=tuple(thoughts))
+
+
+def _of_somebody(clause: Sequence[Word]) -> Clause | None:
+    """What "he is on a diet" tells behind what was asked; None of another clause."""
+    forms = [word.form for word in clause]
+    if len(forms) < 3 or forms[0] not in ("he", "she") or forms[1] not in ("is", "was", "has"):
+        return None
+    return Clause(asked=Asked(), story=True, remedy=remedy(forms))
+
+
+def _owned(excluded: str, asked: Asked) -> str:
+    """ "The dog's" is the dog's bowl, where a bowl is wanted."""
+    return f"{excluded} {asked.wanted}" if excluded.endswith("'s") and asked.wanted and not asked.use else excluded
+
+
+def _of_the_one(wanted: str) -> str:
+    """What "the soft one" says of a thing that was named before; "" of other words."""
+    said, _, last = wanted.rpartition(" ")
+    return said if last.casefold() in ("one", "ones") else ""
+
+
+def _only_thought(part: Clause) -> Clause:
+    """What "I think it is up high on the shelf" says: where the thing may be, and nothing that is wanted."""
+    located = tuple(replace(one, guessed=True) for one in part.asked.located)
+    return replace(part, asked=Asked(located=located), bare=True, story=False)
 
 
 def _denied(part: Clause, *, named: bool) -> Clause:
@@ -214,7 +260,7 @@ def _cuts(text: str, found: Sequence[Word], begin: int, i: int) -> bool:
         return True  # "I'm sick of magazines, something else to read"
     end = next((j for j in range(i + 1, len(found)) if found[j].form in _ENDS or found[j].form in (",", "so")), None)
     told = out_of_use(text, found[i + 1 : end]) if form != "and" or following in _DEFINITE else ()
-    return bool(told) or begins_reason(found, i + 1) or placing(found[i + 1 :]) > 0
+    return bool(told) or begins_reason(found, i + 1) or placing(found[i + 1 :]) > 0 or guessed(found[i + 1 :]) > 0
 
 
 def _together(parts: Sequence[Clause], *, back: bool) -> Asked:
@@ -238,9 +284,10 @@ def _together(parts: Sequence[Clause], *, back: bool) -> Asked:
         asked = replace(asked, wanted=f"something to use: {told}" if told else "", use=bool(told) or asked.use)
     others = [part.asked for part in parts if part is not main]
     asking = [part.asked for part in asks if part is not main]
+    excluded = (*asked.excluded, *(text for other in others for text in other.excluded))
     return replace(
         asked,
-        excluded=_once(*asked.excluded, *(text for other in others for text in other.excluded)),
+        excluded=_once(*(_owned(text, asked) for text in excluded)),
         located=(*asked.located, *(one for other in asking for one in other.located))[:MOST_PARTS],
         places=_once(*asked.places, *(text for other in others for text in other.places)),
         not_places=_once(*asked.not_places, *(text for other in others for text in other.not_places)),

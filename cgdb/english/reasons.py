@@ -7,13 +7,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 
-from cgdb.english.phrases import Phrases, Word, listed
+from cgdb.english.phrases import Phrases, Word, listed, stretch
 from cgdb.meaning.lexicon import FUNCTION_WORDS
 
 _MARKS = listed(", . ; : ? !")
+_SENTENCE_ENDS = listed(". ; ? !")
 _OPENERS = listed("so and but only because since as cause cos coz though although")
 _TELLERS = listed("i we")
 _WHOSE = listed("my our his her")
+_SOMEBODY = listed("he she")
 _OWNED = listed("my our his her their the this")
 _AND = listed("and or nor")
 _BEFORE_STATE = listed("all already still now currently completely totally both just been")
@@ -31,12 +33,15 @@ _HERE = "here, in here, around here, round here, over here, in this room, in thi
 _QUESTION_WORDS = listed("what where who how which why")
 _PREPOSITIONS = listed("in around round from over up down out near by at to is are what s")
 _THROWN_IN = """you know, you see, i mean, i think, i guess, i suppose, i believe, i am afraid, i reckon, of course,
-    mind you, by the way, if you like|can|please|could|would|will|wish, if possible, if at all possible, if you do not
-    mind, if there is one|any, as i said, as always, obviously, clearly, certainly, definitely, naturally, honestly,
-    frankly, actually, basically, literally, preferably, ideally, hopefully, presumably, apparently, well, though, mate,
-    love, dear, darling, buddy, pal, dude, man, guys, folks, would|could|will|can|do|are you|ya, will ya, pls, plz, ta,
-    cheers, like, right, ok, okay, thanks, thank you, thanks a lot, please, in particular, for instance, for example,
-    as far as i know, to be honest, to be precise, or something, or so, or whatever, and so on, kindly"""
+    mind you, by the way, if you like|can|please|could|would|will|wish, if possible, if at all possible, if you do
+    not mind, if there is one|any, as i said, as always, obviously, clearly, certainly, definitely, naturally,
+    honestly, frankly, actually, basically, literally, preferably, ideally, hopefully, presumably, apparently, well,
+    though, mate, love, dear, darling, buddy, pal, dude, man, guys, folks, would|could|will|can|do|are you|ya, will
+    ya, pls, plz, ta, cheers, like, right, ok, okay, thanks, thank you, thanks a lot, please, in particular, for
+    instance, for example, as far as i know|remember|recall, i expect|imagine|assume|bet|hope, i would
+    say|think|guess|imagine, i am pretty|fairly|quite|almost? sure|certain, if i remember right|rightly|correctly?,
+    as i recall|remember, last i saw|looked|checked, last time i saw|looked|checked it?, at a guess, no doubt,
+    perhaps, maybe, probably, to be honest, to be precise, or something, or so, or whatever, and so on, kindly"""
 _OTHERS = listed("he she they somebody someone everybody everyone we i")
 _WISHES = """needs|need|wants|want|fancies|fancy|prefers|requires, is|are|am after,
     is|are|am looking|searching|asking|desperate|dying for, would like|love|prefer, asked for, could do with, could use,
@@ -45,6 +50,25 @@ _LEADS = """switch|turn on|off|up|down, grab|pass|lend|hand|throw|chuck|toss|sli
     track|hunt down, dig|fish out, could|can do with, could use, anyone|anybody seen,
     has|have anyone|anybody|somebody|you seen, who has seen|got|taken, any sign of"""
 """Further ways to say "find", where no verb of its own is asked."""
+_GUESSES = """i|we think|thought|believe|guess|suppose|reckon|expect|imagine|assume|bet|figure|fancy that?, i|we
+    would say|think|guess|imagine that?, i|we am|are pretty|fairly|quite|almost? sure|certain that?, i|we could
+    swear that?, i|we seem to? remember|recall that?, i|we remember|recall that?, maybe, perhaps, probably,
+    apparently, no doubt, chances are that?, at a guess"""
+_IT_IS = """it|they|that|this|he|she|one is|are|was|were|sits|stands|lies|hangs|lives|goes, it|they|that|this|one
+    will|would|might|may|could have? be|been"""
+"""How a clause goes on that says where somebody thinks that a thing is."""
+_LIKELY = """it|they|one will|would|might|may|could be|stand|lie|hang|live somewhere|probably?, it|they is|are
+    probably|usually|normally|likely|possibly|perhaps|maybe"""
+_FORGOTTEN = """i|we forget|forgot|have forgotten what|how|its|the|their, i|we can|could not remember|recall|think
+    what|how|of|its|the, i|we do not know|remember|recall what|how|its|the name|word|term|it|you|that|they?, i|we
+    never know|remember what|how|its|the, i|we am|are not sure what it|they|you|that, whatever|however
+    it|they|you|that is|are|call|calls, what is|are it|they|that called, what do|did|does you|they|one call
+    it|them|that, what is its|the|that name|word, the|its name escapes me, if you know what i mean, you know the
+    one|ones|thing|sort|kind|what i? mean?"""
+_OR_ELSE = """or|otherwise else? i|we|he|she|they|it|you|somebody|someone will|would|might|could|can|am|are, or
+    else"""
+_GIVERS = listed("get bring fetch give hand find pass show buy lend grab serve pour")
+_SOME = listed("a an some something anything")
 _HANDING = listed("bring give show get fetch hand include pick choose take suggest recommend offer use want send pass")
 _BE_SO = """it|they|this|that|he|she|one should|must|might|may|could|will|would|ought|has|have to? be|stand|lie|hang
     somewhere|probably?, it|they is|are probably|usually|normally|supposed|meant|likely to? be?"""
@@ -58,7 +82,7 @@ def begins_reason(found: Sequence[Word], i: int) -> bool:
     forms = [word.form for word in found[i : i + 4]]
     if len(forms) < 2:
         return False
-    if forms[0] in _TELLERS:
+    if forms[0] in _TELLERS or (forms[0] in _SOMEBODY and forms[1] in _IS):
         return True
     return forms[0] in _WHOSE and len(forms) > 2 and any(form in _IS for form in forms[2:])
 
@@ -127,6 +151,47 @@ def forbidden(found: Sequence[Word]) -> tuple[int, bool] | None:
     return at, named
 
 
+def guessed(found: Sequence[Word]) -> int:
+    """Where a clause begins that says where somebody thinks that the thing is: behind "I think it is", "it will be"."""
+    thought = _guesses().at(found, 0) if found else None
+    begins = 0 if thought is None else thought[0]
+    hit = (_likely() if thought is None else _it_is()).at(found, begins) if begins < len(found) else None
+    return 0 if hit is None or begins + hit[0] >= len(found) else begins + hit[0]
+
+
+def without_asides_behind(text: str, found: Sequence[Word]) -> tuple[tuple[Word, ...], tuple[str, ...]]:
+    """The words without what somebody adds that asks for nothing, and a line for each such aside.
+
+    "I forget what you call it", "or I'll be up all night"; also without whom something is for ("get grandad a drink").
+    """
+    kept: list[Word] = []
+    notes: list[str] = []
+    at = 0
+    while at < len(found):
+        opens = bool(kept) and (kept[-1].form in _MARKS or found[at].form in ("or", "otherwise"))
+        aside = opens and any(table.at(found, at) is not None for table in (_forgotten(), _or_else()))
+        if aside:
+            marks = _SENTENCE_ENDS | {","}
+            end = next((j for j in range(at, len(found)) if found[j].form in marks), len(found))
+            notes.append(f"said aside, and left out: {stretch(text, found[at:end])}")
+            at = end
+            continue
+        kept.append(found[at])
+        at += 1
+        if kept[-1].form in _GIVERS:
+            at += _for_whom(found, at)
+    return tuple(kept), tuple(notes)
+
+
+def _for_whom(found: Sequence[Word], at: int) -> int:
+    """How many words from here say for whom something is: "grandad" in "get grandad a drink"."""
+    owned = at < len(found) and found[at].form in _OWNED
+    end = at + owned + 1
+    if end >= len(found) or found[end].form not in _SOME or found[end - 1].form in FUNCTION_WORDS:
+        return 0
+    return end - at if found[end - 1].form.isalpha() else 0
+
+
 def without_thrown_in(found: Sequence[Word]) -> tuple[Word, ...]:
     """The words without those that are thrown in between commas or at the end, without "on earth" and "in here"."""
     kept: list[Word] = []
@@ -160,7 +225,8 @@ def _thrown_in(found: Sequence[Word], at: int, kept: Sequence[Word]) -> int:
         if hit is not None:
             end = at + hit[0]
             ends = end >= len(found)
-            if (alone and (ends or found[end].form in _MARKS)) or (ends and hit[0] > 1):
+            closes = ends or found[end].form in _SENTENCE_ENDS
+            if (alone and (ends or found[end].form in _MARKS)) or (closes and hit[0] > 1):
                 return hit[0]
     return 0
 
@@ -189,6 +255,31 @@ def _odd() -> Phrases[bool]:
 @lru_cache(maxsize=1)
 def _so() -> Phrases[bool]:
     return Phrases({True: _BE_SO})
+
+
+@lru_cache(maxsize=1)
+def _guesses() -> Phrases[bool]:
+    return Phrases({True: _GUESSES})
+
+
+@lru_cache(maxsize=1)
+def _it_is() -> Phrases[bool]:
+    return Phrases({True: _IT_IS})
+
+
+@lru_cache(maxsize=1)
+def _likely() -> Phrases[bool]:
+    return Phrases({True: _LIKELY})
+
+
+@lru_cache(maxsize=1)
+def _forgotten() -> Phrases[bool]:
+    return Phrases({True: _FORGOTTEN})
+
+
+@lru_cache(maxsize=1)
+def _or_else() -> Phrases[bool]:
+    return Phrases({True: _OR_ELSE})
 
 
 @lru_cache(maxsize=1)

@@ -39,7 +39,7 @@ class Translation:
     kind: "descriptive", "affordance", "negation", "count", "superlative", "existence", "place", "value" or "other
     language".
     wanted: the text of what is looked for, without what is excluded; empty where anything will do. plain: without what
-    the map cannot tell of it.
+    the map cannot tell of it. question: the text that was read.
     """
 
     query: ast.Query
@@ -53,6 +53,7 @@ class Translation:
     conditions: tuple[Condition, ...] = ()
     anchors: tuple[str, ...] = ()
     plain: Plain | None = None
+    question: str = ""
 
 
 def translate(
@@ -93,12 +94,22 @@ def translate(
         asked = replace(asked, notes=())
         if asked == Asked(use=asked.use, polar=asked.polar) and not _asks_for_all(forms):
             asked = replace(asked, wanted=text[:LONGEST_MEANING])
+    kind = "other language" if language is not None else _kind(asked)
+    return replace(_translation(asked, catalog, setting, notes=(*cut, *notes), kind=kind), question=text)
+
+
+def read_otherwise(asked: Asked, catalog: Catalog, setting: Setting, *, note: str) -> Translation:
+    """The CGQL of a question that is understood in another way than at first; note: in which."""
+    return _translation(asked, catalog, setting, notes=(note,), kind=_kind(asked))
+
+
+def _translation(asked: Asked, catalog: Catalog, setting: Setting, *, notes: tuple[str, ...], kind: str) -> Translation:
     written = write(asked, catalog, setting)
     return Translation(
         query=written.query,
         text=to_text(written.query),
-        understood=(*cut, *notes, *written.understood),
-        kind="other language" if language is not None else _kind(asked),
+        understood=(*notes, *written.understood),
+        kind=kind,
         wanted=written.wanted,
         asked=asked,
         assumed=written.assumed,
