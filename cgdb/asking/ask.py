@@ -294,7 +294,7 @@ class _Asking:
             made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
         if other := self._read_again(made, draft.result):
             made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
-            understood = other.understood
+            understood = tuple(dict.fromkeys((*understood, *other.understood)))  # first and second reading
         return replace(draft, how="built-in", understood=understood, wanted=made.wanted, made=made)
 
     def _result_of(self, tree: ast.Query) -> Result:
