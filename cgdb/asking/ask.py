@@ -53,6 +53,7 @@ from cgdb.result import Result, Row
 
 if TYPE_CHECKING:
     from cgdb.database import Database
+    from cgdb.english.intent import Setting
     from cgdb.english.translate import Translation
     from cgdb.scene import FeatureSpace
 
@@ -272,13 +273,15 @@ class _Asking:
             question, among = back.question, back.among
             self.parameters["previous"] = list(back.ids)
         there = "previous" in self.parameters
-        made = translate(question, self.catalog, setting=surveyed(self.views, previous=there))
+        setting = surveyed(self.views, previous=there)
+        made = translate(question, self.catalog, setting=setting)
         if there and len(self.views) > 1 and (among or "$previous" in made.text):
             # What was found before is in some scenes, and asked in their words.
             self.views = [self.db.view(name, self.as_of) for name in self._scenes_before()]
             self.names = tuple(view.info.name for view in self.views)
             self.catalog = merge(view.catalog for view in self.views)
-            made = translate(question, self.catalog, setting=surveyed(self.views, previous=there))
+            setting = surveyed(self.views, previous=there)
+            made = translate(question, self.catalog, setting=setting)
         tree, understood = made.query, tuple(made.understood)
         if among:
             tree = among_previous(tree)
@@ -292,7 +295,7 @@ class _Asking:
         otherwise = loosened if draft.result.nothing_fits else widened
         if other := otherwise(made, self._result_of):
             made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
-        if other := self._read_again(made, draft.result):
+        if other := self._read_again(made, draft.result, setting):
             made, draft = other, self._carried_out(other.query, uncut_for_reranking=True)
             understood = tuple(dict.fromkeys((*understood, *other.understood)))  # first and second reading
         return replace(draft, how="built-in", understood=understood, wanted=made.wanted, made=made)
@@ -300,22 +303,24 @@ class _Asking:
     def _result_of(self, tree: ast.Query) -> Result:
         return self._carried_out(tree).result
 
-    def _read_again(self, made: Translation, found: Result) -> Translation | None:
+    def _read_again(self, made: Translation, found: Result, setting: Setting) -> Translation | None:
         """The question as it was read a second time, where nothing fits and something does so; else None."""
         from cgdb.english.second_reading import by_container, by_name
         from cgdb.english.translate import read_otherwise
 
         if not found.nothing_fits or "previous" in self.parameters or made.kind == "other language":
             return None
-        named = by_name(self.question, made.asked, names(self.views))
-        held = None if is_there(made, self._result_of) else by_container(made.asked)
+        named = by_name(self.question, made.asked, names(setting))
+        held = by_container(made.asked)
+        if held is not None and is_there(made, self._result_of):
+            held = None  # "the cups in the box" that has none are cups
         for asked, note in (
             (named, "nothing fits as it was read at first: asked for the name in it that the map knows"),
             (held, "nothing is called so: asked for what holds it"),
         ):
             if asked is None:
                 continue
-            other = read_otherwise(asked, self.catalog, surveyed(self.views, previous=False), note=note)
+            other = read_otherwise(asked, self.catalog, setting, note=note)
             result = self._result_of(other.query)
             if result.nothing_fits and (less := loosened(other, self._result_of)):
                 return less

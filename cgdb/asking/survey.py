@@ -31,7 +31,7 @@ def surveyed(views: Sequence[SceneView], *, previous: bool) -> Setting:
     from cgdb.english.intent import Setting
 
     nodes = [node for view in views for node in _some(view)]
-    names = (text for node in nodes for text in (node.tag, node.caption) if text)
+    texts = (text for node in nodes for text in (node.tag, node.caption) if text)
     frames = tuple((view.info.name, view.info.up or "z", _floor(view)) for view in views)
     return Setting(
         places=tuple(places(views)),
@@ -39,7 +39,8 @@ def surveyed(views: Sequence[SceneView], *, previous: bool) -> Setting:
         frames=tuple(frame for frame in frames if frame[2] is not None) or frames or (("", "z", None),),
         tells=any(node.caption and len(node.caption.split()) > 2 for node in nodes),
         previous=previous,
-        words=frozenset(word.casefold() for text in names for word in _WORD.findall(text)),
+        words=frozenset(word.casefold() for text in texts for word in _WORD.findall(text)),
+        tags=frozenset(tag for node in nodes for tag in (node.tag, *node.tags) if tag),
     )
 
 
@@ -64,13 +65,12 @@ def list_values(views: Sequence[SceneView], catalog: Catalog) -> dict[str, list[
     return found
 
 
-def names(views: Sequence[SceneView]) -> frozenset[tuple[str, ...]]:
+def names(setting: Setting) -> frozenset[tuple[str, ...]]:
     """The names of things, each in singular words."""
     from cgdb.meaning.knowledge import knowledge
     from cgdb.meaning.words import stemmed
 
-    tags = {tag for view in views for node in _some(view) for tag in (node.tag, *node.tags) if tag}
-    return frozenset(stemmed(knowledge().readable(tag)) for tag in tags)
+    return frozenset(stemmed(knowledge().readable(tag)) for tag in setting.tags)
 
 
 def _some(view: SceneView) -> Iterable[StoredNode]:

@@ -127,7 +127,7 @@ class Setting:
     places: names of its rooms. frames: {scene: (up axis, level of the floor in m, None where not known)}; of several
     scenes that differ, each is asked in its own. tells: captions say where things are, not only boxes and relations.
     previous: $previous holds the ids of what was found before, which "it" and "them" mean. words: what the store calls
-    its things, one word each, which slips of the pen are read as.
+    its things, one word each, which slips of the pen are read as. tags: the names of its things, whole.
     """
 
     places: tuple[str, ...] = ()
@@ -135,6 +135,7 @@ class Setting:
     tells: bool = True
     previous: bool = False
     words: frozenset[str] = frozenset()
+    tags: frozenset[str] = frozenset()
 
     @property
     def up(self) -> str:
