@@ -10,6 +10,7 @@ import pytest
 from cgdb.english.questions import understand
 from cgdb.english.spelling import corrected
 from cgdb.meaning import background, situations
+from cgdb.meaning.calibration import Calibration
 from cgdb.meaning.embed import text_encoder
 from cgdb.meaning.knowledge import knowledge
 from cgdb.meaning.scoring import Meaning, Scorer
@@ -27,7 +28,15 @@ freezing my toes off | freezing my toes off
 got to iron twenty shirts by tonight | got to iron twenty shirts by tonight
 could you please dry up this puddle and warm me up | dry up this puddle and warm me up
 """
+WHOLE = """
+foggy morning. what will stop us bumping into the boats? | foggy morning, what will stop us bumping into the boats
+the clock up on that wall wants winding and I can't reach the key | the clock up on that wall wants winding
+One of the twins has grazed his elbow, bring whatever there is for cleaning it | One of the twins has grazed his elbow
+"""
 NAMES = """
+cables the robot cannot drive over
+something to hang coats on
+a frobnicator
 the pillow is on top of the chair
 I need a lamp that is not broken
 a Rubik's cube
@@ -67,6 +76,31 @@ def test_a_question_that_names_no_thing_is_kept_whole(line: str) -> None:
         assert asked.wanted.split(" for when: ")[1] == told
     else:  # one order alone is a use
         assert asked.wanted == f"something to {told}"
+
+
+@pytest.mark.parametrize("line", lines(WHOLE))
+def test_a_question_in_which_nothing_known_was_read_is_kept_whole(line: str) -> None:
+    question, told = (part.strip() for part in line.split(" | "))
+    asked = understand(question)
+    assert asked.use and not asked.excluded
+    assert asked.wanted.split(" for when: ")[1].startswith(told)
+
+
+def test_what_use_and_situation_both_speak_for_is_surer() -> None:
+    encoder, names = text_encoder(), ("novel", "jigsaw puzzle", "bucket")
+    index = TextIndex.build(
+        SimpleNamespace(key=key, tag=name, tags=(), caption=None, properties={}, label="Object")
+        for key, name in enumerate(names)
+    )
+    vectors, behind = encoder.texts(index.texts[: index.n_encoded]), encoder.texts(background.texts())
+    meaning = Meaning.of("something to read for when: I am bored and have to wait", encoder.texts)
+
+    def ahead(other: float) -> float:
+        scorer = Scorer(index, embeddings=vectors, background=behind, calibration=Calibration(other=other))
+        degree = scorer.degrees(meaning).degree
+        return float(degree[0] - degree[1])
+
+    assert ahead(0.5) > ahead(0.0)
 
 
 @pytest.mark.parametrize("question", lines(NAMES))

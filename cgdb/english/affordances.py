@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from cgdb.meaning.situations import split
+
 PROPERTY = "affordances"
 """The property that holds them, a list of texts."""
 
@@ -51,7 +53,7 @@ _TAIL = re.compile(r"\s+(?:on|in|at|down|upon|with|from|inside)$", re.IGNORECASE
 
 def affordance_of(wanted: str) -> tuple[Affordance, bool] | None:
     """The affordance that a use asks for, and whether that is all it asks ("something to sit on")."""
-    match = _USE.match(wanted)
+    match = _USE.match(split(wanted)[0])
     if match is None:
         return None
     verb = match["verb"].casefold().strip()

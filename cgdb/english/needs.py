@@ -183,13 +183,13 @@ def situation(text: str, found: Sequence[Word]) -> Situation | None:
     sorts = [_sort(text, piece) for piece in pieces]
     if "names" in sorts or sorts[:1] == ["goes on"] or not {"tells", "orders"} & set(sorts):
         return None
-    kept = [(piece[_start(piece) :], sort) for piece, sort in zip(pieces, sorts, strict=True) if sort != "denies"]
-    uses = [_use(text, piece) if sort == "uses" else "" for piece, sort in kept]
-    helps = next((h for piece, sort in kept if sort == "tells" and (h := remedy([w.form for w in piece]))), None)
+    left = [(piece[_start(piece) :], sort) for piece, sort in zip(pieces, sorts, strict=True) if sort != "denies"]
+    uses = [_use(text, piece) if sort == "uses" else "" for piece, sort in left]
+    helps = next((h for piece, sort in left if sort == "tells" and (h := remedy([w.form for w in piece]))), None)
     use = next((use for use in uses if use), f"something to {helps}" if helps else "")
     told = (
         stretch(text, _before_exclusion(piece))
-        for (piece, sort), said in zip(kept, uses, strict=True)
+        for (piece, sort), said in zip(left, uses, strict=True)
         if not said and not (sort == "uses" and opening(piece).bare)
     )
     whole = ", ".join(part for part in told if part)
@@ -213,12 +213,28 @@ def _before_exclusion(piece: Sequence[Word]) -> Sequence[Word]:
     return piece if at is None else piece[:at]
 
 
+def kept(text: str, found: Sequence[Word]) -> str:
+    """All that a question tells, without polite words and without what it excludes."""
+    pieces = (piece for piece in _pieces(found) if _sort(text, piece) != "denies")
+    told = (stretch(text, _before_exclusion(piece[_start(piece) :])) for piece in pieces)
+    return ", ".join(part for part in told if part)
+
+
+def is_told(forms: Sequence[str]) -> bool:
+    """Whether what seems to be excluded tells what somebody cannot do: "I can't | reach the shelf"."""
+    first = forms[0] if forms else ""
+    object_follows = len(forms) > 2 and forms[1] in DETERMINERS and first not in FUNCTION_WORDS
+    return object_follows and not first.endswith("ing") and not knowledge().things_named(first)
+
+
 def _excludes(piece: Sequence[Word]) -> int | None:
     """Where a piece begins to exclude a thing of the table; None where it excludes none."""
     for at in range(len(piece)):
         hit = cues.negations().at(piece, at)
         following = [word.form for word in piece[at + hit[0] :]] if hit is not None and hit[1] else []
-        if following and not following[0].endswith("ing") and knowledge().facets(" ".join(following)).form in _KINDS:
+        if not following or following[0].endswith("ing") or is_told(following):
+            continue
+        if knowledge().facets(" ".join(following)).form in _KINDS:
             return at
     return None
 
@@ -252,28 +268,29 @@ def _start(piece: Sequence[Word]) -> int:
 
 def _sort(text: str, piece: Sequence[Word]) -> Piece:
     """What a piece does."""
-    kept = piece[_start(piece) :]
-    forms = [word.form for word in kept]
-    excludes = _excludes(kept)
-    if (excludes is not None and (excludes == 0 or _tells(forms))) or out_of_use(text, kept):
+    left = piece[_start(piece) :]
+    forms = [word.form for word in left]
+    excludes = _excludes(left)
+    if (excludes is not None and (excludes == 0 or _tells(forms))) or out_of_use(text, left):
         return "denies"
     if _tells(forms):
         return "tells"
     if _bids(forms):
         return "orders"
-    begins = opening(kept)
-    wish = _wishes().at(kept, 0)
-    if wish is not None and kept[wish[0] - 1].form in _TO_DO and wish[0] < len(kept):
+    begins = opening(left)
+    wish = _wishes().at(left, 0)
+    if wish is not None and left[wish[0] - 1].form in _TO_DO and wish[0] < len(left):
         return "tells"
     if begins.use and begins.form == "find" and not (begins.wish and not _ANY & set(forms)):
         return "orders" if begins.at == 0 and not _names(forms) and not forms[0].endswith("ing") else "uses"
     if begins.use and begins.form == "find":
         return "orders"
-    rest = kept[max(begins.at, 0 if wish is None else wish[0]) :]
+    rest = left[max(begins.at, 0 if wish is None else wish[0]) :]
     if not rest:
         return "goes on"
-    if any(word.form in cues.GENERIC for word in rest[:3]) or _ANY & set(forms):
-        return "names" if knowledge().facets(stretch(text, rest)).form in _KINDS else "uses"
+    at = next((i for i, word in enumerate(left) if word.form in cues.GENERIC | _ANY), None)
+    if at is not None and (at < len(left) - len(rest) + 3 or left[at].form in _ANY):
+        return "names" if knowledge().facets(stretch(text, left[at:])).form in _KINDS else "uses"
     if begins.form != "find":
         return "names"
     named = _names([word.form for word in rest])
@@ -314,6 +331,8 @@ def _tells(forms: Sequence[str]) -> bool:
     at = next((i for i, form in enumerate(forms) if form in _VERBS_OF_ALL), len(forms))
     if first in _VERBS_OF_ALL or any(form in _BEGIN_DESCRIPTION | _SUBJECTS for form in forms[1:at]):
         return False
+    if first not in DETERMINERS and DETERMINERS & set(forms[1:at]) and _names([first]):
+        return False  # "cables the robot cannot drive over"
     # "That saw is so noisy" tells, "that the baby does not wake" is a purpose, "wherever my umbrella is" a question.
     if first in _BEGIN_DESCRIPTION and (first != "that" or second in DETERMINERS):
         return False

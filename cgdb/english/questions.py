@@ -15,7 +15,7 @@ from cgdb.english.clauses import Clause, read
 from cgdb.english.cues import PRONOUNS, STARTERS
 from cgdb.english.intent import Asked, Located
 from cgdb.english.lookahead import PREVIOUS, only_traits
-from cgdb.english.needs import Situation, remedy, situation
+from cgdb.english.needs import remedy
 from cgdb.english.phrases import Phrases, Word, cleaned, joined, stretch, words
 from cgdb.english.question_frames import MARKS, begins_question, without_asides
 from cgdb.english.question_heads import head, in_each_scene, is_polar, without_auxiliary
@@ -29,6 +29,7 @@ from cgdb.english.reasons import (
     without_asides_behind,
     without_thrown_in,
 )
+from cgdb.english.whole_needs import in_need
 
 MOST_WORDS = 200
 """Words of a question that are read: more than anybody asks, and few enough for any text to be cheap."""
@@ -76,28 +77,13 @@ def understand(question: str, places: Sequence[str] = (), *, previous: bool = Fa
         if each is not None and asked.form in ("count", "find", "exists"):
             asked = replace(asked, form="per scene", what="most")
         asked = replace(asked, polar=asked.form == "exists" or is_polar(found))
-        asked = _in_situation(asked, None if each is not None else situation(text, found), back=back)
+        if each is None:
+            asked = in_need(asked, text, found, back=back)
         said = [word.form for word in found if word.form not in MARKS]
         bare = not (asked.wanted or asked.located or asked.measured or asked.first) and said[-1:] and said[-1] in _BACK
         if previous and (bare or asked.wanted.casefold() in _BACK):
             asked = replace(asked, wanted=PREVIOUS)
     return replace(asked, notes=(*notes, *asked.notes))
-
-
-def _in_situation(asked: Asked, told: Situation | None, *, back: bool) -> Asked:
-    """A question that names no thing, but tells of a need: what it tells is kept whole, but for what it excludes.
-
-    back: "I bought a plant, where could I put it?" asks for all that it tells of.
-    """
-    if told is None or PREVIOUS in (asked.wanted, *(a for one in asked.located for a in one.anchors)):
-        return asked
-    told_whole = told.told.casefold()
-    excluded = tuple(one for one in asked.excluded if one.casefold() not in told_whole)
-    clear = not asked.located and excluded == asked.excluded
-    asks = told.wishes or (back and told.use)
-    if asks and clear and asked.use and asked.wanted.startswith(("something ", "somewhere ")):
-        return asked  # "trim the hedge" asks for something to trim the hedge
-    return Asked(wanted=told.wanted, use=True, excluded=excluded, notes=asked.notes)
 
 
 def _written_out(text: str) -> str:

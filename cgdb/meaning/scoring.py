@@ -363,7 +363,7 @@ class Scorer:
         names, uses = background[:first], background[first:last]
         if match is None and asks.told:
             z = np.max([contrast(one, one) for one in told[:, first:last]], axis=0)
-            best = np.maximum(known.best_use(np.asarray(z), calibration.inherited), self._situations(told))
+            best = self._pooled(known.best_use(np.asarray(z), calibration.inherited), self._situations(told))
             use = self._against_best("use", best)
             return use, self._line("use", best)
         if match is None:
@@ -372,15 +372,23 @@ class Scorer:
             use = self._against_best("use", nearest)
             return topic if asks.form == "name" else np.maximum(topic, use), self._line("use", nearest)
         z = np.max([contrast(one, one) for one in told[:, first:last]], axis=0) if asks.told else contrast(uses, uses)
-        z = self._deviations(z, match)
+        z = self._deviations(z, match, calibration.cover_told if asks.told else calibration.cover)
         beside = np.maximum(known.best_use(match.circumstance), np.float32(0.0))
         best = np.asarray(
             known.best_use(z, calibration.inherited) + np.float32(calibration.beside) * beside, np.float32
         )
-        # What is said in the words of a use is understood by them, unless a situation is told beside it.
-        said = 0.0 if asks.told else calibration.cover * max(2.0 * float(match.cover.max(initial=0.0)) - 1.0, 0.0)
-        best = np.asarray(np.maximum(best, self._situations(told) - np.float32(said)), dtype=np.float32)
+        if asks.told:
+            best = self._pooled(best, self._situations(told))
+        else:
+            # What is said in the words of a use is understood by them.
+            said = calibration.cover * max(2.0 * float(match.cover.max(initial=0.0)) - 1.0, 0.0)
+            best = np.asarray(np.maximum(best, self._situations(told) - np.float32(said)), dtype=np.float32)
         return self._against_best("use", best), self._line("use", best)
+
+    def _pooled(self, uses: Floats, situations: Floats) -> Floats:
+        """(m,) the surer of what the uses and the situations of each thing say, and a share of what the other says."""
+        less = np.maximum(np.minimum(uses, situations), np.float32(0.0))
+        return np.asarray(np.maximum(uses, situations) + np.float32(self._calibration.other) * less, dtype=np.float32)
 
     def _situations(self, told: Floats) -> Floats:
         """(m,) the deviations of the situation in which each thing helps that is nearest to what is told."""
@@ -403,7 +411,8 @@ class Scorer:
         if background is not None and meaning.vector is not None and self._embeddings is not None:
             first = len(self._known.names)
             uses = background[first : first + len(self._known.uses)]
-            z = self._deviations(contrast(self._embeddings[told.ids] @ unit(meaning.vector), uses), match)
+            z = contrast(self._embeddings[told.ids] @ unit(meaning.vector), uses)
+            z = self._deviations(z, match, self._calibration.cover)
             # What has no vector yet is told by its words.
             degree = np.where(np.isfinite(z), self._calibrated("use", np.nan_to_num(z), line), degree)
         return believed(np.where(told.are_uses, degree, np.float32(0.0)))
@@ -423,10 +432,10 @@ class Scorer:
         halved = probability((log_odds(verb) + log_odds(usual)) / np.float32(2.0))
         return np.fmax(best, np.where(np.isfinite(usual), halved, verb))
 
-    def _deviations(self, z: Floats, match: Matches) -> Floats:
+    def _deviations(self, z: Floats, match: Matches, cover: float) -> Floats:
         """(u,) the deviations of uses, by what of the question they cover and what part the thing plays in them."""
         calibration = self._calibration
-        z = z + np.float32(calibration.cover) * match.cover
+        z = z + np.float32(cover) * match.cover
         z -= np.float32(calibration.part) * (1 - match.agreement) + np.float32(calibration.verb) * match.other_verb
         z -= np.float32(calibration.adds) * match.adds
         return z

@@ -428,5 +428,315 @@ where can I get out; leave this room | door, elevator, staircase
 go upstairs | staircase, elevator
 change clothes without being seen; separate two beds | room divider, window covering
 park here | parking meter
+he has burnt himself on the oven; she scalded her hand with boiling water; a burn wants cooling and covering | first
+    aid kit, ointment, bandage, medical supply
+a blister has come up on my heel; my new shoes rub | bandage, first aid kit
+a bee has stung her; insect bites that itch; a rash on my skin, it itches like mad | ointment, lotion, ice pack
+I bumped my head, there is a lump; she twisted her knee and it swells up; put something cold on the bruise | ice pack,
+    towel
+someone got hurt, come quick; a workmate has been injured; treat the patient until the doctor comes | first aid kit,
+    bandage, medical supply
+he has fainted and must be carried out; move a patient who cannot walk | stretcher, wheelchair
+granny is unsteady on her legs; I cannot walk far any more; walk without putting weight on the bad foot | cane,
+    walker, crutches, mobility aid
+I cannot hear well what people say, speak up | hearing aid
+my belly hurts; I have a tummy ache; my period pains are bad; my muscles ache all over | medicine, heating pad
+I caught a cold and cough all night; my throat is sore; I feel feverish | medicine, cough syrup, tea, tissue
+I have trouble breathing, my asthma is back | inhaler, nebulizer
+it is time for her pills; do not forget which tablets to take on which day | pill organizer, medicine
+my sugar must be checked, I am diabetic | blood glucose meter
+my eyes are dry and itch | eye drops
+something splashed into my eyes; rinse a chemical out of the eye | eye wash station, faucet
+do not breathe in the dust; keep my germs to myself; the fumes are bad for the lungs | mask, fume hood
+before I touch the patient; I might touch blood; my hands should not get dirty or wet | gloves
+the patient has to lie down for the examination | treatment table, bed
+the patient cannot get up to use the toilet | bedpan
+lock away the cash and the passports | safe, locker, lock, cabinet
+I must leave something valuable here and nobody should take it; a place for my things that locks | locker, safe
+I have been standing all day and my legs are tired; where can I rest for a minute; grandma wants to sit down | seat,
+    chair, armchair, sofa, bench
+I want to lie down; time for a nap; I am so sleepy; where can a guest spend the night | bed, sofa, mattress
+my neck is stiff when I wake up; support my head while I sleep; my back wants something soft behind it | pillow,
+    cushion
+I want to sleep but the neighbour's light shines in | eye mask, curtain, blinds
+wake me tomorrow at six; I must not oversleep; get up in time for the early shift | alarm clock, clock, phone
+how much time is left; are we on time | clock, watch, phone
+I need a wash; I stink after training; get clean all over | shower, bathtub
+I want to wash my hands | sink, soap
+wash my face; freshen up quickly; splash some water on my face | sink, towel
+brush my teeth before bed; my mouth tastes bad in the morning | toothbrush, toothpaste, mouth care
+food got stuck between two teeth | dental floss, toothpick
+shave before the meeting; get rid of my whiskers; my legs are hairy | razor, shaving cream
+wash my hair; my head itches, my hair is oily | shampoo
+my hair is soaking; dry off after a swim | towel, hair dryer
+comb the knots out; my fringe sticks up; do my hair for school | hairbrush, hair accessory
+I got my period; that time of the month and I have nothing with me | sanitary product
+I need to go; I am bursting; my little girl has to wee | toilet
+no paper left in the toilet; wipe my bottom | toilet paper
+blow my nose; my nose drips; wipe her snotty nose; I am crying | tissue, handkerchief
+chocolate all around his mouth; clean sticky fingers at the table | wipe, paper towel, tissue, cloth
+feed the baby without a mess; the baby dribbles on his clothes | bib, high chair
+the baby needs changing; he did a poo in his nappy; change the little one | diaper, changing table, baby wipes
+listen whether the baby wakes up in the other room | baby monitor
+take the baby for a walk in the park; she is too small to walk that far | stroller, baby carrier
+drive with a small child safely | car seat
+my daughter wants to build something; give the child something to do | building blocks, toy, puzzle, game
+keep my nephew amused while the adults talk; the kids drive me mad, give them something | toy, game, television, book
+family games night; something for all of us to play | game, puzzle, card game, toy
+the children want to paint and glue; make a card for mummy | craft supplies, crayon, paint, paper, glue
+let the little ones run about and get rid of their energy | ball, outdoor toy, trampoline
+nothing good on, I want to watch a film; relax with a series tonight | television, projector, laptop
+turn the volume down; switch over to the other programme; skip this advert | remote control
+I want to hear some music while I cook; dance | speaker, radio, stereo
+people keep talking and I need quiet | headphones, ear protection
+protect my hearing near loud machines | ear protection
+I would like a quiet evening with a good story; escape into another world | book, novel
+my grandson gave me vinyl and I want to hear it | record player
+let us sing and play together round the fire | guitar, musical instrument
+the sun is out, let us go swimming; cool off in the water | swimming pool, swimwear, pool
+my team needs two goals for a match | goal
+I want to lose my belly; keep in shape at home; warm up my muscles; lift something heavy to get strong | exercise
+    equipment, weights, yoga mat
+rub my sore muscles after training | massage gun, foam roller
+it pours, how do I get home dry; the clouds are black, take something with you; wet weather today; do not let me get
+    wet | umbrella, rain gear
+there are puddles everywhere and my shoes leak; wade through mud | rain boots, boots
+it is minus ten out there; dress warmly; I feel the cold; winter is coming | jacket, winter coat, scarf, gloves, hat
+I feel cold at my desk; my legs are cold while I watch TV; wrap up the old lady | blanket, cover, sweater
+it is icy cold in the house; make it warm in here; no heat comes from the radiator | heater, fireplace
+my bed is cold at night | blanket, duvet, electric blanket, heating pad
+I am melting; phew, it is hot; the air stands still in this room; I am too warm | fan, air conditioner, window
+the room smells of smoke; it stinks in the kitchen; air the room | window, fan, range hood, air freshener
+the sun heats the room up; I cannot see my screen because of the sun; people can look in from the street; I want some
+    privacy | curtain, blinds, window covering
+nobody should see me while I change; hide the mess behind something | room divider, curtain
+it gets dark early; I cannot read in this light; my eyes get tired, more light on the page; I can see nothing in the
+    cellar | lamp, light, flashlight
+see in the dark garden; look under the car; look behind the cupboard; the torch is for when the power fails |
+    flashlight, lantern
+all the lights are out, the power is off; blackout; no electricity tonight | candle, flashlight, lantern, matches
+get at things on top of the wardrobe; I am too short for the upper cupboard; clean the top of a high window; paint the
+    ceiling | ladder, stool
+I dropped my ring behind the radiator; pick up something in a narrow gap | tongs, magnet, tweezers, gripping tool
+I would like something wet, my mouth is dry; I want a sip; something cold and fizzy; get me a drink | drink, water,
+    soda, juice, bottle
+I have a drink but no vessel; what do I drink out of; put some water in for her | drinking glass, cup, mug
+take water along on a hike; have a drink with me on the way; carry tea to work | water bottle, thermos, travel mug
+tea for two; a nice hot cup, please; boil water | kettle, teapot, stove, pot
+I am still half asleep, strong coffee please; brew some coffee | coffee machine, coffee pot, coffee
+grind coffee beans | coffee grinder
+drink it through something thin; he cannot lift his cup | straw
+my stomach is rumbling; I have not eaten since this morning; give me some grub; the kids are hungry after school |
+    food, snack, meal, sandwich, fruit
+get a quick bite before the train; a small thing to eat on the way | snack, sandwich, fruit
+give the dog something to eat; the kitten mews for food | pet food
+something healthy for the kids' lunch box | fruit, vegetable, sandwich
+I have a sweet tooth; treat myself; sugar craving | sweets, chocolate, cake, cookie
+something savoury and crunchy with a beer | chips, nuts, snack
+the chips need something on top; season the meat; too little salt in it | condiment, salt, spice
+sweeten my tea | sugar, honey, sweetener
+make dinner for the family; cook a pot of soup; boil the potatoes; the water must boil | pot, stove, cookware
+fry an egg; brown the meat; cook with oil in it | pan, stove
+my food has gone cold; warm a ready meal; heat milk for the baby; defrost the meat | microwave, stove
+roast a chicken; bake bread; put the pizza in | oven, baking tray
+cook outside; meat over fire; we have sausages and nice weather | grill, charcoal
+keep drinks cold; it goes bad in the heat; where does the milk go; put the butter away so that it stays fresh; chill
+    the wine | refrigerator, ice cube tray
+keep food fresh for tomorrow; what is left of the meal; cover the salad so that it does not dry out | food storage
+    container, foil, plastic wrap, refrigerator
+cut meat; slice the bread; cut up fruit; dice vegetables; halve this | knife, kitchen knife, cutting board
+cut it into slices by machine; chop a lot of vegetables fast | food processor, blender, knife
+mix the dough; stir this; beat cream until stiff; fold in the flour | whisk, mixer, spoon, spatula
+get the pasta water out; wash the berries | colander
+take a hot dish off the stove; the baking tray burns; protect my hands from heat | oven mitt, towel, gloves
+do not burn the table with the hot pot; protect the wood from a hot plate; wet glasses make rings | coaster, trivet,
+    tablecloth
+pick up hot food; turn the meat; serve the spaghetti | tongs, fork, spatula
+scoop soup; serve gravy; give everybody some stew | ladle, spoon
+eat soup; eat yoghurt; stir my tea | spoon
+I cannot eat this with my fingers; four people eat, lay the places | cutlery, fork, plate
+put the salad in; mix a dressing in it; hold the fruit on the table; have muesli in the morning | bowl
+serve the cake; put the biscuits on it; we need something to eat off | plate, platter
+bring six glasses out in one go; breakfast in bed on it; serve the guests their drinks | tray
+open the beer; get the top off | bottle opener
+the jar will not open; the lid is stuck tight; twist a tight cap off | opener, gripping tool, gloves
+open canned food; there are beans in a tin and it is closed | can opener
+wine for the guests and the bottle is closed with a cork | corkscrew
+weigh myself; weigh a parcel; how many grams | scale
+boil an egg for exactly five minutes; tell me when time is up | timer, clock, phone
+cover the pot; keep the flies off the food | lid, foil
+do the dishes; the pans are dirty; there is no clean cup left | sink, dishwasher, sponge, dishwashing liquid
+let the clean plates drip; where do wet glasses go | dish rack
+dry the plates | towel, dish towel
+coffee all over my desk; the cup tipped over; water everywhere; someone dropped a drink; mop up a wet patch; it is wet
+    here | paper towel, towel, cleaning cloth, mop, sponge
+the dog peed on the floor; he threw up; clean up the sick | paper towel, mop, bucket, cleaning product
+a glass fell down and broke; there is sand on the floor; sawdust everywhere; hair on the floor after the haircut;
+    leaves blew in | broom, dustpan, sweeping tool, vacuum cleaner
+crumbs on the sofa; hoover the rug; fluff under the bed; clean the inside of the car | vacuum cleaner
+wash the floor; the tiles are dirty; footprints in the hall | mop, bucket, cleaning product
+dust on the television; wipe the shelf; polish the wood; clean my screen; fingerprints on the glass | cleaning cloth,
+    duster
+grease on the stove; scrub the pan; burnt food sticks to the pot | sponge, cleaning product, dishwashing liquid
+clean the bath; mould in the shower; kill the germs on the table; make everything hygienic | cleaning product, sponge
+the shower glass is full of drops; see out of the dirty window | squeegee, cleaning product
+the water does not go down in the shower; the basin is full and does not empty; hair in the drain; the toilet
+    overflows | plunger, drain
+water drips through the roof; catch the drops; carry water | bucket
+red wine on the carpet; get a spot out of my blouse; grass stains | stain remover, cleaning product, sponge
+wash these clothes; I have nothing clean to wear; the sheets are dirty; my jumper smells | washing machine, laundry
+    supplies
+collect the dirty washing; carry the laundry downstairs | laundry basket
+dry my wet clothes; my socks are damp; the washed things must hang somewhere | clothes line, clothes dryer, rack
+get the creases out; smooth out my dress; look neat at work | iron, ironing board, clothes steamer
+keep my suit smooth; my jacket should not lie on the chair; hang this shirt up | clothes hanger, wardrobe, coat rack
+where do guests leave their coats; take your jacket off; somewhere for my hat and coat | coat rack, coat hanger,
+    wardrobe
+dog hair on my black trousers | lint roller
+my shoes look dirty for the party | shoe polish, cleaning cloth
+wipe your feet; do not carry dirt into the house | door mat, rug
+I cannot get my foot in the shoe | shoehorn
+my feet hurt in these heels; walk about at home without shoes; cold tiles under my feet | slippers, light shoes, socks
+throw this away; where does my banana skin go; rubbish; put the empty wrapper somewhere; get rid of it | trash can
+sort the rubbish; glass, cans and cardboard do not go with the rest | recycling bin
+take the rubbish out; collect leaves and garbage in it | trash bag
+vegetable peelings for the garden | compost bin
+it is broken; repair it; can you mend this; take it apart; it does not work any more, open it up | toolbox, tool,
+    screwdriver
+turn a screw; tighten the hinge; the handle wobbles; assemble furniture; take the back cover off | screwdriver, hex
+    wrench, drill
+a nail sticks out; hit something in; pull nails out of the wood | hammer, pliers, crowbar
+hang a picture; fix a shelf on the wall; put hooks up | hammer, nail, drill, hardware
+a bolt is too tight; undo a nut; the pipe joint must be tightened | wrench, pliers, gripping tool
+make a hole in wood; drill through metal | drill, drill press
+saw a plank; this board is too long; cut wood to size; fell a tree | saw, chainsaw, axe
+cut wire; strip the end of a cable | wire cutter, wire stripper, pliers
+hold the wood so that it does not move; keep two parts pressed together; both my hands are busy, hold this for me |
+    clamp, vise
+smooth the wood; take off rust; sharpen an edge | sandpaper, sander, file tool
+it fell down and broke in pieces; the heel came off my shoe; the cup's handle came off; stick two things together |
+    glue, tape
+wrap tape around it; a torn page; seal a box; close the parcel; hold it together for now | tape, glue
+keep pages in order; join two sheets | stapler, paper clip, glue, tape
+bundle the cables; tie the branches; tie a knot; fasten it to the car; pull a load | rope, string, cable tie, strap
+a hole in my sock; my trousers split; a seam is open | needle and thread, sewing supply, sewing machine, safety pin
+keep the torn strap together for today | safety pin, tape
+it squeaks when I open it; the bike chain is dry; rusty lock | lubricant, oil
+fill the hole in the wall; the window lets cold air in | putty, tape
+paint the room; new colour for the door | paintbrush, paint roller, paint
+pull the paint off; get the old wallpaper off | scraper, sandpaper
+cut the cardboard; open a box with tape on it; slit the plastic open | box cutter, knife, scissors
+cut paper; cut my thread; cut the tag off; cut a picture out of a magazine; trim it | scissors, knife
+measure the room; how wide is the door; does the cupboard fit in there; check the length | tape measure, length
+    measure
+is it level; put the shelf up straight | level
+test if there is power; is the battery still good | multimeter
+solder a wire; a contact has broken off the board | soldering iron
+print it in plastic; make a spare part | 3d printer
+look at tiny things; read a very small label; I cannot make out the letters | magnifying glass, glasses, microscope
+watch the birds far away; see the ships out there | binoculars, telescope
+write a list; note it down; I must not forget this; put my name on it; sign here; I need to jot something down | pen,
+    pencil, paper, notebook, sticky notes
+rub it out; I wrote it wrong | eraser, correction fluid
+my pencil does not write any more, it is not sharp | pencil sharpener
+show the class how it works; write where all can see it; draw a diagram for the group | whiteboard, writing board,
+    marker
+clean the board; remove what is written up there | whiteboard eraser, cleaning cloth
+where is France; teach the children about countries | globe, map, atlas
+put a paper up on the wall; pin the poster | thumbtack, tape, magnet, bulletin board
+keep my papers tidy; file the bills; loose sheets go in it; store documents | folder, binder, filing cabinet, paper
+    tray
+make a copy; print my ticket; scan the contract | printer, copier, scanner
+add up numbers; how much is it altogether; do my maths | calculator, phone
+work on the computer; write emails; a place to do my homework; study in peace | desk, laptop, computer
+talk to my family far away; ring the office; call an ambulance; call a taxi | phone
+talk with a colleague by video | webcam, laptop, computer
+my phone is almost empty; the tablet needs juice; the battery of my laptop is low; charge my mobile | charger, outlet,
+    power bank, power strip
+the cord is too short; too few sockets; plug in several things | extension cord, power strip, outlet
+the clock has stopped; the remote is dead; the torch does not light any more | battery
+save my files; hand over the photos; take data with me | usb stick, hard drive, data storage
+connect to the network | router, cable
+type something | keyboard, laptop
+click on it; move the arrow on the screen | computer mouse
+take a photo; record the party; make a video | camera, phone
+show a film to the whole class; show a presentation to many people | projector, screen, television
+speak to a crowd so that all can hear; sing in front of people | microphone, speaker, megaphone
+it is my friend's birthday; make the room look festive; we throw a party | party decoration, balloon, cake
+wrap a present; make the parcel pretty | wrapping paper, ribbon, tape
+give my girlfriend something nice | flower, sweets, jewelry, gift
+put the roses in water; cut flowers will die without water | vase
+my plants are thirsty; water the garden; it has not rained for weeks | watering can, hose
+plant seeds; repot the plant; where does the plant go | flower pot, potting soil, shovel
+dig a hole in the earth; shovel snow | shovel
+cut the lawn; the grass is up to my knees | lawn mower
+cut the hedge; cut branches; the rose bush is too big | hedge trimmer, pruning shears
+gather the leaves | rake, leaf blower
+weeds grow between the plants | hoe, weed killer, garden tool
+move heavy stones; bring sand to the back of the garden; a heavy load must go over there | wheelbarrow, cart
+carry my shopping; bring these things to school; I have too many things for my hands | bag, backpack, basket, box
+pack my clothes for the holidays; go away for a week; we fly tomorrow | suitcase, bag, backpack
+put this away; where do I keep my things; store toys; this place is untidy | storage furniture, box, basket, shelf
+put my books away | bookshelf, shelf
+put my clothes away; where do clean socks go | dresser, wardrobe, drawer
+put my glass down; a place beside the bed for my book | side table, coffee table, table
+eat together; where do we have dinner; play cards at it | table, dining table
+keep my money; pay with it; where is my cash | wallet, money
+lock the bike; nobody should get in; secure the gate | lock, bike lock, chain
+get in, it is locked; open the lock | key
+someone is at the gate; visitors should be heard | doorbell, intercom
+burglars; watch what happens when nobody is in | security camera, security system
+it burns; fire in the waste bin; the toaster is in flames; the curtain caught fire; sparks everywhere and smoke | fire
+    extinguisher, fire blanket
+wake us if there is smoke; gas smells | smoke detector, alarm, carbon monoxide detector
+get out fast; the building must be cleared | emergency exit, door
+light the stove; make a fire; light the cigarettes | lighter, matches
+it must be switched off in an emergency; turn it on or off | switch, button, control knob
+keep my eyes safe; something may fly up when I grind | lab goggles
+protect my head at work; ride a bike safely | helmet
+drivers should see me at night | safety vest, bike light
+keep my clothes clean when I bake; paint without ruining my shirt | apron, overalls, lab coat
+close off the road; nobody may go in there; guard a wet floor | barrier, traffic cone
+he cannot swim and is in the water | life buoy, life jacket
+the tyre has no air; pump up a ball | bike pump, pump
+a tyre burst on the road | spare tire, jack
+scrape ice off the car | ice scraper
+the battery of the car is empty | jumper cables
+ride to school; go into town without a car | bicycle, scooter
+go upstairs in a wheelchair; too many steps for her | elevator, ramp
+take the dog out | leash
+the dog wants to play; amuse the kitten | pet toy
+the dog is thirsty | dog bowl
+the cat scratches the sofa | cat tree
+the cat has to poo indoors | litter box
+the puppy is tired | pet bed, kennel
+transport the rabbit | pet carrier
+keep insects away; mosquitos; a wasp in the room; kill flies; cockroaches in the kitchen; a mouse in the cellar |
+    insect repellent, fly swatter, mosquito net, pest control
+I am ill and must stay in bed; measure my temperature; do I have a fever | thermometer
+look at myself; put on my make-up; see how my new clothes look | mirror
+get dressed for a funeral; dress smart; meet the boss | suit, dress, tie, dress shoes
+my trousers are too wide and fall down | belt
+the sun burns on my skin; a day at the beach; my nose gets red in the sun | sunscreen, hat, umbrella
+the sun hurts my eyes while I drive | sunglasses
+sit outside in the shade | umbrella, awning, gazebo, terrace
+sleep in the wild; a night under the stars | tent, sleeping bag, hammock, camping gear
+catch fish | fishing rod
+find the way in the forest; which way is north | compass, map
+cut rope or peel an apple on a hike | pocket knife
+what is on my schedule; when is the meeting; which day is it | calendar, planner, phone
+learn new things for school; look up a fact | book, textbook, encyclopedia, computer
+look up a foreign word | dictionary
+teach the kids to count | abacus, teaching aid
+the washing-up water makes my hands rough; rubber ones for cleaning | gloves
+keep a door from slamming; the door keeps closing | door stop
+the table wobbles, put something under one leg | paper, furniture pad, coaster
+keep papers from blowing away | paperweight
+rest my wrists while I type | wrist rest, mouse pad
+the chair hurts my bottom | cushion
+my laptop gets hot and stands too low | laptop stand
+make this dull wall nicer; the flat needs some colour | picture, painting, plant, poster
+listen to the news; what is the weather going to be | radio, phone, television
+I am lonely; cheer me up; cuddle something | stuffed animal, pet
 """.strip()
 """Lines of situations, ";" between them, and behind "|" what helps; an indented line goes on with the one before."""
