@@ -131,6 +131,8 @@ def test_pieces_of_what_is_told() -> None:
         "we are off",
         "the sand is wet",
     )
+    assert situations.told("something for when: my eyes are so dry") == ("my eyes are so dry",)
+    assert situations.told("anything for when: it rained so we stayed in")[1:] == ("it rained", "we stayed in")
     assert len(situations.told("something for when: " + "it is so, " * 40)) <= situations.MOST_PARTS
 
 

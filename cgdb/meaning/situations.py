@@ -18,7 +18,9 @@ MOST_PARTS = 8
 """Pieces of what is told that are matched one by one."""
 
 _MARK = re.compile(rf"{MARK}(?::|\b)", re.IGNORECASE)
-_ENDS = re.compile(r"[.;:?!,]+(?=\s|$)|\b(?:and|but|so|because)\b", re.IGNORECASE)
+_ENDS = re.compile(
+    r"[.;:?!,]+(?=\s|$)|\b(?:and|but|because|so(?=\s+(?:i|we|you|he|she|it|they|that|can|please)\b))\b", re.IGNORECASE
+)
 
 
 def split(text: str) -> tuple[str, str]:
@@ -38,7 +40,7 @@ def told(text: str) -> tuple[str, ...]:
         return ()
     parts = [part.strip() for part in _ENDS.split(whole)]
     parts = [part for part in parts if len(part.split()) > 1]
-    pairs = [f"{a}, {b}" for a, b in pairwise(parts)]
+    pairs = [f"{a}, {b}" for a, b in pairwise(parts)] if len(parts) > 2 else []  # two are the whole
     first = [asked] if len(asked.split()) > 1 else []
     return tuple(dict.fromkeys(piece for piece in (whole, *first, *parts, *pairs) if piece))[:MOST_PARTS]
 
