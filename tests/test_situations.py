@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from cgdb.asking.near_misses import _is_not
 from cgdb.english.questions import understand
 from cgdb.english.spelling import corrected
 from cgdb.meaning import background, situations
@@ -189,3 +190,19 @@ def test_without_vectors_the_words_of_the_use_decide(house: tuple[list[str], Sco
 def test_words_of_situations_are_no_slips() -> None:
     for told in knowledge().situations:
         assert corrected(told) == (told, ()), told
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ("something for when: my phone is dying", 'no help for "my phone is dying"'),
+        ("unicorn", "not a unicorn"),
+        ("umbrella", "not an umbrella"),
+        ("USB stick", "not a USB stick"),
+        ("hourglass", "not an hourglass"),
+        ("scissors", "not scissors"),
+        ("something to drink", "not something to drink"),
+    ],
+)
+def test_what_a_near_miss_is_not(wanted: str, said: str) -> None:
+    assert _is_not(wanted) == said

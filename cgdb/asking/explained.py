@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -96,14 +96,15 @@ def _nothing(draft: Draft, scenes: Sequence[str], run: Run) -> Explained:
         where = " and ".join(one.text for one in asked.located if not one.negated)
         nothing = f": nothing is {clean(where, 120)}" if where and not absent else ""
         return Explained(draft=draft, achievable=holds, text=begins + nothing, facts=facts)
-    rows, lacks = near_misses(made, run, draft.result.rows)
+    near = near_misses(made, run, draft.result.rows)
+    rows = near.rows
     if not rows:
         return Explained(draft=draft, achievable=holds, text=f"{begins}, and nothing comes near", facts=facts)
-    listed = _listed(rows, _columns(made), lacks, len(scenes) > 1)
+    listed = _listed(rows, _columns(made), near.lacks, len(scenes) > 1)
     best = first_node(rows[0])
     if asked.polar and not counting and asked.form != "exists" and not absent and best is not None:
         # "Is the cup on the table?" speaks of a cup that is there.
-        there = not lacks[(best.scene, best.id)].startswith("not a")
+        there = (best.scene, best.id) in near.wanted
         text = f"no: {listed}" if there else f"{begins}; the nearest is {listed}"
     else:
         text = f"{begins}; the nearest is {listed}"
@@ -121,7 +122,7 @@ def _holds_of_none(what: str) -> bool:
     return op in ("<", "<=") and float(bound) > 0
 
 
-def _listed(rows: Sequence[Row], columns: Sequence[str], lacks: dict[tuple[str, object], str], scenes: bool) -> str:
+def _listed(rows: Sequence[Row], columns: Sequence[str], lacks: Mapping[tuple[str, object], str], scenes: bool) -> str:
     """ "#4 cushion (not red), then #5 sofa (not red)"."""
     parts = []
     for row in rows[: wording.NAMED]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cgdb.asking.answer import first_node
@@ -12,7 +12,7 @@ from cgdb.asking.statements import among_these, best_of, like
 from cgdb.english import tree_parts as parts
 from cgdb.english.second_reading import by_description
 from cgdb.grammar import ast
-from cgdb.meaning.situations import MARK
+from cgdb.meaning.situations import MARK, split
 from cgdb.result import Reason, Result, Row, StoredNode
 
 if TYPE_CHECKING:
@@ -22,10 +22,22 @@ Run = Callable[[ast.Query], Result]
 
 NEAREST = 5
 """Things that are shown where nothing fits."""
+_AS_YOU = ("eu", "one", "uk", "unic", "unif", "unio", "uniq", "unis", "unit", "univ", "usb", "use", "usu")
+"""How words begin that are written with a vowel first and said with none: a unicorn, a USB stick, a one-way sign."""
 
 
-def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple[tuple[Row, ...], dict[Any, str]]:
-    """The nearest rows, none of which fits, and by (scene, id) what the thing lacks, in words.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearMisses:
+    """The nearest rows, none of which fits; lacks: by (scene, id) what the thing lacks, in words; wanted: those things
+    that are what was wanted, but for what else was asked of it."""
+
+    rows: tuple[Row, ...]
+    lacks: Mapping[Any, str]
+    wanted: frozenset[Any]
+
+
+def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> NearMisses:
+    """What comes nearest where nothing fits.
 
     there: rows of the statement that do not fit, which are the nearest where there are any, but where a thing is asked
     by its use or described: then those that all that was said comes nearest to.
@@ -44,7 +56,7 @@ def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple
     fitting = _wanted_among(made, rows, run) if made.wanted else set(lacks)
     for key, said in lacks.items():
         if key not in fitting:
-            said.append("not that" if made.kind == "other language" else f"not {_with_article(made.wanted)}")
+            said.append("not that" if made.kind == "other language" else _is_not(made.wanted))
     unwanted: set[Any] = set()
     for condition in made.conditions:
         met = {identity(row) for row in run(_asking(made, condition.expression, nodes)).rows if row.fits}
@@ -60,7 +72,8 @@ def near_misses(made: Translation, run: Run, there: Sequence[Row] = ()) -> tuple
         # Where there are lamps, that something else is no lamp says nothing of where the lamp is.
         rows = [row for row in rows if identity(row) in fitting]
     told = {key: ", ".join(said) for key, said in lacks.items()}
-    return tuple(_failing(row, told[identity(row)]) for row in rows if identity(row) in told), told
+    failing = tuple(_failing(row, told[identity(row)]) for row in rows if identity(row) in told)
+    return NearMisses(rows=failing, lacks=told, wanted=frozenset(fitting))
 
 
 def _all_that_is_said(made: Translation) -> str:
@@ -134,6 +147,12 @@ def _parts(condition: ast.Expression | None) -> tuple[ast.Expression, ...]:
     return () if condition is None else condition.items if isinstance(condition, ast.And) else (condition,)
 
 
+def _is_not(wanted: str) -> str:
+    """What is wrong with a thing that is not what was wanted."""
+    need = split(wanted)[1]
+    return f'no help for "{need}"' if need else f"not {_with_article(wanted)}"
+
+
 def _with_article(wanted: str) -> str:
     from cgdb.english.lookahead import only_traits
 
@@ -143,4 +162,5 @@ def _with_article(wanted: str) -> str:
     plural = wanted.endswith("s") and not wanted.endswith("ss")
     if plural or first in ("something", "somewhere", "anything", "a", "an", "the", "two", "three", "some"):
         return wanted
-    return f"{'an' if first[:1] in 'aeiou' else 'a'} {wanted}"
+    vowel = first.startswith(("hour", "honest", "heir")) or (first[:1] in "aeiou" and not first.startswith(_AS_YOU))
+    return f"{'an' if vowel else 'a'} {wanted}"
