@@ -8,7 +8,6 @@ import shutil
 import signal
 import sqlite3
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ import pytest
 from cgdb.errors import CgdbError, CorruptionError, StoreBusyError, StoreError
 from cgdb.scene import FeatureSpace, Place, Relation, SceneObject, View
 from cgdb.storage.ledger import Ledger
+from tests.child_scripts import finished, started
 
 CLIP = FeatureSpace(name="clip", dimension=16)
 SIZE = 400  # objects: a revision takes some milliseconds, so that a random instant falls anywhere in one
@@ -53,18 +53,7 @@ def write(ledger, mark, size=SIZE, **more):
 
 
 def script(body: str, path: Path, *, size: int = SIZE) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-c", PROLOGUE + body, str(path), str(size)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def finished(process: subprocess.Popen[str]) -> str:
-    out, err = process.communicate(timeout=100)
-    assert process.returncode == 0, err
-    return out
+    return started(PROLOGUE + body, path, size)
 
 
 def assert_whole(ledger: Ledger, revision: int, size: int = SIZE) -> None:

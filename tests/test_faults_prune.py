@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 import sqlite3
 import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -15,6 +14,7 @@ import pytest
 from cgdb.errors import CgdbError, StoreBusyError, StoreError
 from cgdb.scene import SceneObject
 from cgdb.storage.ledger import Ledger
+from tests.child_scripts import finished, started
 
 SIZE = 150
 
@@ -47,18 +47,7 @@ def write(ledger, mark, scene="lab"):
 
 
 def script(body: str, path: Path, size: int = SIZE) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-c", PROLOGUE + body, str(path), str(size)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def finished(process: subprocess.Popen[str]) -> str:
-    out, err = process.communicate(timeout=100)
-    assert process.returncode == 0, err
-    return out
+    return started(PROLOGUE + body, path, size)
 
 
 def assert_whole(ledger: Ledger, revision: int, size: int = SIZE) -> None:
