@@ -445,7 +445,7 @@ class Database:
         if encoder is None:
             return
         infos = self._ledger.scenes() if scene is None else [self._ledger.scene(scene)]
-        yield from encode(encoder, self._encoders, self._kept, [self._opened.view(info).degrees for info in infos])
+        yield from encode(encoder, self._encoders, [self._opened.view(info).degrees for info in infos])
         for view in self._opened.all():
             view.degrees.refresh()
 

@@ -33,7 +33,7 @@ class Encoders:
         spaces: Mapping[str, Encoder] | None = None,
     ) -> None:
         """text: the encoder of captions, or its name, or None to do without. spaces: {feature space: its encoder}."""
-        self._kept = kept
+        self.kept = kept
         self._shared = SharedVectors(kept)
         self._text = text
         self._spaces: dict[str, Encoder | CgdbError] = dict(spaces or {})
@@ -78,11 +78,11 @@ class Encoders:
 
     def known(self, name: str, texts: Sequence[str]) -> Floats | None:
         """(n, d) float32 what the store keeps of these texts by the encoder of that name, NaN rows for the others."""
-        return _known(self._kept, name, texts)
+        return _known(self.kept, name, texts)
 
     def encode(self, encoder: Encoder, texts: Sequence[str]) -> Floats:
         """(n, d) float32 the vectors of texts of a store; what had to be encoded is kept in it."""
-        return _encoded(self._kept, encoder, texts)
+        return _encoded(self.kept, encoder, texts)
 
     def background(self, encoder: Encoder) -> Floats:
         """(u, d) float32 the vectors of the phrases that every question is compared with."""
@@ -94,7 +94,7 @@ class Encoders:
         Any other encoder may change under its name.
         """
         known = self._text == TEXT_MODEL and self._loaded.get(TEXT_MODEL) is encoder
-        return self._shared if known else self._kept
+        return self._shared if known else self.kept
 
     def close(self) -> None:
         """Give files back; a later call opens them again."""
